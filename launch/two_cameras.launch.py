@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Start one region segmentation for each of two cameras, in namespaces of their own.
+
+ros2 launch topo_region_seg two_cameras.launch.py \
+  left_input:=/left/depth/color/points right_input:=/right/depth/color/points
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.substitutions import FindPackageShare
+
+PACKAGE = "topo_region_seg"
+SIDES = ("left", "right")
+
+
+def generate_launch_description() -> LaunchDescription:
+    share = FindPackageShare(PACKAGE)
+    default_parameters = PathJoinSubstitution([share, "config", "region_segmentation.yaml"])
+    one_camera = PathJoinSubstitution([share, "launch", "region_segmentation.launch.py"])
+    entities = [
+        DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
+        DeclareLaunchArgument("rviz", default_value="false", description="true = an RViz for each (package rviz2)"),
+    ]
+    for side in SIDES:
+        entities += [
+            DeclareLaunchArgument(f"{side}_namespace", default_value=side, description="namespace of node and topics"),
+            DeclareLaunchArgument(
+                f"{side}_input", default_value="points", description="topic of the clouds; relative to the namespace"
+            ),
+            DeclareLaunchArgument(f"{side}_params_file", default_value=default_parameters, description="YAML file"),
+            DeclareLaunchArgument(
+                f"{side}_frame", default_value=f"{side}_depth_optical_frame", description="frame_id of the clouds"
+            ),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(one_camera),
+                launch_arguments={
+                    "namespace": LaunchConfiguration(f"{side}_namespace"),
+                    "input": LaunchConfiguration(f"{side}_input"),
+                    "params_file": LaunchConfiguration(f"{side}_params_file"),
+                    "fixed_frame": LaunchConfiguration(f"{side}_frame"),
+                    "log_level": LaunchConfiguration("log_level"),
+                    "rviz": LaunchConfiguration("rviz"),
+                }.items(),
+            ),
+        ]
+    return LaunchDescription(entities)

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The ament_python package: `colcon build` on a ROS 2 machine, `pip install .` anywhere else."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+PACKAGE = "topo_region_seg"
+HERE = Path(__file__).resolve().parent
+manifest = ElementTree.parse(HERE / "package.xml").getroot()
+
+
+def files(folder: str) -> list[str]:
+    """Return the regular files of `folder`, relative to this file."""
+    return sorted(f"{folder}/{path.name}" for path in (HERE / folder).iterdir() if path.is_file())
+
+
+setup(
+    name=PACKAGE,
+    version=manifest.findtext("version"),
+    description=manifest.findtext("description"),
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="topo_region_seg contributors",
+    maintainer=manifest.findtext("maintainer"),
+    maintainer_email=manifest.find("maintainer").get("email"),
+    license="Apache-2.0",
+    license_files=["LICENSE"],
+    python_requires=">=3.10",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/launch", files("launch")),
+        (f"share/{PACKAGE}/config", files("config")),
+        (f"share/{PACKAGE}/rviz", files("rviz")),
+        (f"share/{PACKAGE}/security", files("security")),
+    ],
+    zip_safe=False,
+    # colcon installs none of these: on a robot rosdep brings numpy, scipy and numba, and the node needs no more.
+    install_requires=[
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "numba>=0.59",
+        "PyYAML>=6.0",
+        "rosbags>=0.10",
+        "mcap>=1.2",
+        "lz4>=4.3",
+        "zstandard>=0.22",
+        "pypcd4>=1.1",
+        "matplotlib>=3.8",
+        "rich>=13",
+    ],
+    extras_require={
+        # The pins are the Jazzy versions: the bare `ros-*` names on PyPI carry other distributions too.
+        "ros": [
+            "ros-jazzy-rclpy[fastrtps]==7.1.6",
+            "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
+            "ros-jazzy-common-interfaces==5.3.6",
+        ],
+        "demo": ["imgviz>=2.0"],
+        "fuzz": ["atheris>=2.3"],
+        "test": [
+            "pytest>=7.4",
+            "pytest-timeout>=2.2",
+            "hypothesis>=6.98",
+            "gudhi>=3.9",
+            "scikit-learn>=1.4",
+            "plyfile>=1.0",  # an independent reader for the tests
+            "colcon-common-extensions>=0.3",
+        ],
+        # PCL, the peer in C++, comes from the system: libpcl-dev.
+        "bench": [
+            "ripser>=0.6.10",
+            "gudhi>=3.9",
+            "scikit-learn>=1.4",
+            "open3d>=0.18; python_version < '3.13'",
+        ],
+        # ament_flake8 is left out: PyPI's runs with no flake8 that supports Python 3.12; ruff has its rules.
+        "lint": [
+            "ruff>=0.14",
+            "mypy>=1.13",
+            "ament-lint-pep257>=0.14.3",
+            "ament-pycodestyle>=0.14.2",
+            "pycodestyle>=2.11",  # ament_pycodestyle does not declare it
+            "ament-xmllint>=0.14.2",
+        ],
+    },
+    entry_points={
+        "console_scripts": [
+            f"region_segmentation_node = {PACKAGE}.ros.node:main",
+            f"topo_region_seg = {PACKAGE}.tools.main:main",
+        ],
+    },
+)

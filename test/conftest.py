@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What several test files share."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def warm_kernels() -> None:
+    """Kernels compiled into the cache, so that the processes that a test starts need not wait for them."""
+    from topo_region_seg.pipeline import warm_up
+
+    warm_up()
+
+
+@pytest.fixture(scope="session")
+def ros_domain(warm_kernels: None) -> int:
+    """A ROS domain of this run alone, on this machine alone, with every message field checked."""
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+    return 1 + os.getpid() % 50  # up to 101 is safe; some tests take the domain 50 higher

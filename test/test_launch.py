@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch files: run everywhere with stand-ins for ROS's launch, and with the real one where it is installed."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from launch_stub import Made, run
+
+from topo_region_seg.messages import region_markers
+
+ROOT = Path(__file__).resolve().parent.parent
+ONE, TWO = (ROOT / "launch" / f"{name}.launch.py" for name in ("region_segmentation", "two_cameras"))
+RVIZ = ROOT / "rviz" / "region_segmentation.rviz"
+ARGUMENTS = {
+    ONE: {
+        "namespace",
+        "params_file",
+        "input",
+        "log_level",
+        "use_sim_time",
+        "bag",
+        "rviz",
+        "rviz_config",
+        "fixed_frame",
+    },
+    TWO: {
+        "log_level",
+        "rviz",
+        *(f"{side}_{name}" for side in ("left", "right") for name in ("namespace", "input", "params_file", "frame")),
+    },
+}
+
+
+def of_kind(made: Made, kind: str) -> list[Made]:
+    return [part for part in made.walk() if part.kind == kind]
+
+
+@pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)
+def test_arguments_are_declared_described_and_used(file: Path) -> None:
+    made = run(file)
+    declared = of_kind(made, "DeclareLaunchArgument")
+    assert sorted(argument.args[0] for argument in declared) == sorted(ARGUMENTS[file])
+    assert all({"default_value", "description"} <= set(argument.keywords) for argument in declared)
+    assert {use.args[0] for use in of_kind(made, "LaunchConfiguration")} == ARGUMENTS[file]
+
+
+@pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)
+def test_installed_files_that_are_named_exist(file: Path) -> None:
+    paths = of_kind(run(file), "PathJoinSubstitution")
+    assert paths
+    for path in paths:
+        share, *parts = path.args[0]
+        assert share.args == ("topo_region_seg",)
+        assert ROOT.joinpath(*parts).is_file()
+        setup = (ROOT / "setup.py").read_text(encoding="utf-8")
+        assert f'(f"share/{{PACKAGE}}/{parts[0]}", files("{parts[0]}"))' in setup
+
+
+def test_it_starts_the_executables_of_setup_py() -> None:
+    nodes = of_kind(run(ONE), "Node")
+    assert [(node.keywords["package"], node.keywords["executable"]) for node in nodes] == [
+        ("topo_region_seg", "region_segmentation_node"),
+        ("topo_region_seg", "topo_region_seg"),
+        ("rviz2", "rviz2"),
+    ]
+    setup = (ROOT / "setup.py").read_text(encoding="utf-8")
+    assert all(f"{node.keywords['executable']} = " in setup for node in nodes[:2])
+    # All in the same namespace, or RViz and the player would miss the node's relative topics.
+    assert {node.keywords["namespace"].args[0] for node in nodes} == {"namespace"}
+
+
+def test_two_cameras_pass_only_arguments_that_one_camera_has() -> None:
+    includes = of_kind(run(TWO), "IncludeLaunchDescription")
+    assert len(includes) == 2
+    passed = [dict(include.keywords["launch_arguments"]) for include in includes]
+    assert all(set(arguments) <= ARGUMENTS[ONE] for arguments in passed)
+    namespaces = [arguments["namespace"].args[0] for arguments in passed]
+    assert namespaces == ["left_namespace", "right_namespace"]
+
+
+def test_rviz_shows_topics_and_markers_that_the_node_publishes() -> None:
+    displays = yaml.safe_load(RVIZ.read_text(encoding="utf-8"))["Visualization Manager"]["Displays"]
+    topics = {display["Name"]: display["Topic"]["Value"] for display in displays}
+    assert topics == {"Labels": "labeled_points", "Camera colors": "labeled_points", "Regions": "region_markers"}
+    labels, _, regions = displays
+    assert (labels["Color Transformer"], labels["Channel Name"]) == ("Intensity", "label")
+    source = Path(region_markers.__code__.co_filename).read_text(encoding="utf-8")
+    drawn = set(re.findall(r'types, header, "(\w+)", ', source))
+    assert set(regions["Namespaces"]) == drawn
+    assert all(regions["Namespaces"].values())
+
+
+@pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)
+def test_the_real_launch_makes_the_description_and_starts_nothing_twice(file: Path) -> None:
+    pytest.importorskip("launch_ros", reason="launch_ros is not on PyPI; it comes with a ROS 2 installation")
+    from launch import LaunchContext
+    from launch.actions import DeclareLaunchArgument
+    from launch_ros.actions import Node
+
+    spec = importlib.util.spec_from_file_location("launch_file", file)
+    assert spec and spec.loader
+    module: Any = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    entities = module.generate_launch_description().entities
+    arguments = [entity for entity in entities if isinstance(entity, DeclareLaunchArgument)]
+    assert {argument.name for argument in arguments} == ARGUMENTS[file]
+    context = LaunchContext()
+    for bag, rviz, count in (("", "false", 1), ("recording.mcap", "false", 2), ("", "true", 2)):
+        context.launch_configurations.update({"bag": bag, "rviz": rviz})
+        started = [
+            entity
+            for entity in entities
+            if isinstance(entity, Node) and (entity.condition is None or entity.condition.evaluate(context))
+        ]
+        assert len(started) == (count if file == ONE else 0)

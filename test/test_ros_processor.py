@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the node counts, tells and survives, without a running node."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
+
+from builtin_interfaces.msg import Time
+from clouds import message, scene
+
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.ros.diagnostics import diagnostics
+from topo_region_seg.ros.log import ReasonLog
+from topo_region_seg.ros.processor import Frame, FrameProcessor
+from topo_region_seg.ros.statistics import Snapshot, Statistics
+
+OK, WARN, ERROR = b"\x00", b"\x01", b"\x02"
+
+
+class Logger:
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def warning(self, text: str) -> None:
+        self.lines.append(text)
+
+    info = debug = warning
+
+
+class FailingPipeline(Pipeline):
+    def run(self, cloud: Any) -> Any:
+        raise ZeroDivisionError("a defect")
+
+
+def processor(logger: Logger, statistics: Statistics) -> tuple[FrameProcessor, list[Any]]:
+    published: list[Any] = []
+    node = SimpleNamespace(
+        context=SimpleNamespace(ok=lambda: True),
+        get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=3 * 10**9)),
+        get_logger=lambda: logger,
+    )
+    outputs = SimpleNamespace(publish=lambda msg, cloud, seg: published.append(seg))
+    log = ReasonLog(logger, lambda: 60.0)  # type: ignore[arg-type]
+    return FrameProcessor(node, Pipeline(Params()), outputs, statistics, log), published
+
+
+def frame() -> Frame:
+    return Frame(message(*scene(), height=48))
+
+
+def test_an_exception_in_a_frame_is_counted_and_the_next_one_answered() -> None:
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    sound = process.pipeline
+    process.pipeline = FailingPipeline(Params())
+    for _ in range(3):
+        process.process(frame())
+    process.pipeline = sound
+    process.process(frame())
+    now = statistics.snapshot()
+    assert (now.processed, now.rejected, len(published)) == (1, {"internal_error": 3}, 1)
+    warnings = [line for line in logger.lines if line.startswith("[internal_error]")]
+    assert len(warnings) == 1, "throttled"
+    assert "ZeroDivisionError: a defect" in warnings[0] and ".py:" in warnings[0]
+
+
+def test_warnings_come_once_in_a_period_for_each_reason() -> None:
+    logger, period = Logger(), [60.0]
+    log = ReasonLog(logger, lambda: period[0])  # type: ignore[arg-type]
+    for _ in range(5):
+        log.throttled("one", "first")
+        log.throttled("two", "second")
+        log.once("three", "third")
+    assert logger.lines == ["[one] first", "[two] second", "[three] third"]
+    period[0] = 0.0
+    log.throttled("one", "first")
+    assert logger.lines[-1] == "[one] first (and 4 more since the last warning)"
+
+
+def after(*events: str) -> Snapshot:
+    statistics = Statistics()
+    for event in events:
+        statistics.received(displaced=event == "dropped", skipped=0)
+        if event == "processed":
+            statistics.processed({"filtration": 1.0}, 2.0, 3.0, points=5, regions=4, stamp="7.000000000")
+        elif event != "dropped":
+            statistics.rejected(event)
+    return statistics.snapshot()
+
+
+def level(
+    now: Snapshot, *, state: str = "active", timeout: float = 5.0, before: Snapshot | None = None
+) -> tuple[bytes, str]:
+    status = diagnostics(Time(), "/robot/region_segmentation", state, now, before or after(), timeout).status[0]
+    assert status.name == "robot/region_segmentation: segmentation"
+    return status.level, status.message
+
+
+def test_levels_of_the_diagnostics() -> None:
+    assert level(after()) == (OK, "waiting for the first cloud")
+    assert level(after("processed"))[0] == OK
+    assert level(after("processed", "dropped")) == (WARN, "1 clouds processed, 1 dropped for newer ones")
+    both = level(after("processed", "data_too_short", "bad_stamp", "dropped"))
+    assert both == (
+        WARN,
+        "1 clouds processed, 2 clouds rejected (bad_stamp, data_too_short), 1 dropped for newer ones",
+    )
+    earlier = after("processed", "data_too_short", "dropped")
+    assert level(earlier, before=earlier)[0] == OK, "what was told before is not told again"
+    assert level(after(), timeout=1e-9)[0] == ERROR
+    assert level(after(), timeout=0.0)[0] == OK
+    assert level(after("bad_stamp"), state="inactive") == (OK, "inactive")
+
+
+def test_percentiles_of_the_latency() -> None:
+    statistics = Statistics()
+    for ms in range(1, 101):
+        statistics.processed({}, float(ms), 0.0, points=1, regions=1, stamp="")
+    assert statistics.snapshot().latencies_ms == {"median": 50.0, "95 %": 95.0, "99 %": 99.0, "max": 100.0}
+
+
+def test_a_cloud_that_waits_when_the_input_closes_is_counted_as_dropped() -> None:
+    statistics = Statistics()
+    statistics.received(displaced=False, skipped=0)
+    statistics.dropped()
+    now = statistics.snapshot()
+    assert (now.received, now.dropped) == (1, 1)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Region segmentation of RGB-D point clouds by topological persistence.
+
+>>> import topo_region_seg as trs
+>>> seg = trs.segment(xyz, rgb, trs.Params(max_radius=0.03))  # doctest: +SKIP
+>>> seg.labels, seg.regions, seg.barcode  # doctest: +SKIP
+
+Heavy modules are loaded at first use, so that importing this package is quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from topo_region_seg.api import segment
+    from topo_region_seg.data import Barcode, Cloud, Components, Features, Region, RegionTable, Segmentation
+    from topo_region_seg.params import ParameterError, Params
+    from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
+    from topo_region_seg.stages.filtration import persistent_components
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "segment": "api",
+    "Barcode": "data",
+    "Cloud": "data",
+    "Components": "data",
+    "Features": "data",
+    "Region": "data",
+    "RegionTable": "data",
+    "Segmentation": "data",
+    "ParameterError": "params",
+    "Params": "params",
+    "MissingColorError": "pipeline",
+    "Pipeline": "pipeline",
+    "warm_up": "pipeline",
+    "persistent_components": "stages.filtration",
+}
+
+__all__ = [
+    "Barcode",
+    "Cloud",
+    "Components",
+    "Features",
+    "MissingColorError",
+    "ParameterError",
+    "Params",
+    "Pipeline",
+    "Region",
+    "RegionTable",
+    "Segmentation",
+    "__version__",
+    "persistent_components",
+    "segment",
+    "warm_up",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What flows through the pipeline: frozen dataclasses over C-contiguous NumPy arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from topo_region_seg.params import Params
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+LabelArray = npt.NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """A colored point cloud as a sensor delivers it, invalid points included.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float32 or float64
+        Positions in the sensor frame, metres; invalid points hold NaN, infinities or zeros.
+    rgb : (N, 3) uint8 or None
+        8-bit sRGB, or None for a cloud without color.
+    height, width : int
+        Organization; ``height * width == N``, and ``height == 1`` for an unorganized cloud.
+    """
+
+    xyz: npt.NDArray[np.floating]
+    rgb: npt.NDArray[np.uint8] | None
+    height: int
+    width: int
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+    @property
+    def organized(self) -> bool:
+        """Whether the points form an image grid."""
+        return self.height > 1
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The removed support plane ``normal · x + offset = 0``; `normal` (unit) points towards the sensor."""
+
+    normal: tuple[float, float, float]
+    offset: float
+
+
+@dataclass(frozen=True)
+class Features:
+    """What the homogeneity criterion compares (paper, section IV.C), one row per preprocessed point.
+
+    Parameters
+    ----------
+    lab : (N, 3) float64 or None
+        CIELAB (D65, 2 degree observer).
+    normals : (N, 3) float64 or None
+        Unit normals towards the sensor; a row of NaN where a point has none.
+    """
+
+    lab: FloatArray | None
+    normals: FloatArray | None
+
+
+@dataclass(frozen=True)
+class Components:
+    """H0 of the filtration (paper, sections IV.B and IV.D).
+
+    Parameters
+    ----------
+    root : (N,) int64
+        Smallest point id of the component of the point at `max_radius`.
+    death : (N,) float64
+        Scale at which the component represented by the point dies, metres; inf for survivors.
+    max_radius : float
+        Last scale of the filtration, metres.
+    """
+
+    root: IntArray
+    death: FloatArray
+    max_radius: float
+
+    def scales(self, steps: int) -> FloatArray:
+        """Return the scales r_1..r_S of a filtration of `steps` steps, shape (steps,), metres."""
+        scales = np.arange(1, steps + 1) * self.max_radius / steps
+        scales[-1] = self.max_radius
+        return scales
+
+    def stepped(self, steps: int) -> FloatArray:
+        """Return the deaths rounded up to the next of `steps` equal steps (the paper's deaths), shape (N,)."""
+        scales = np.append(self.scales(steps), np.inf)
+        return scales[np.searchsorted(scales, self.death)]
+
+    def counts(self, steps: int) -> IntArray:
+        """Return the number of components at each of the scales r_1..r_S, shape (steps,)."""
+        dead = np.searchsorted(np.sort(self.death), self.scales(steps), side="right")
+        return len(self.death) - dead.astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Barcode:
+    """The H0 barcode: one bar per preprocessed point (paper, section IV.F and Fig. 5).
+
+    Parameters
+    ----------
+    xyz : (M, 3) float64
+        Position of the point that represents the bar, metres.
+    birth, death : (M,) float64
+        Scales, metres; all births are 0, `death` is inf for bars that never die.
+    label : (M,) uint32
+        Label of the region that the representative ended in; 0 = none.
+    steps : int
+        Steps of the filtration, for the stepped deaths of the paper.
+    max_radius : float
+        Last scale of the filtration, metres.
+    """
+
+    xyz: FloatArray
+    birth: FloatArray
+    death: FloatArray
+    label: LabelArray
+    steps: int
+    max_radius: float
+
+    def __len__(self) -> int:
+        return len(self.death)
+
+
+@dataclass(frozen=True)
+class Region:
+    """One region; lengths in metres, sensor frame."""
+
+    label: int
+    size: int
+    centroid: tuple[float, float, float]
+    minimum: tuple[float, float, float]
+    maximum: tuple[float, float, float]
+    mean_lab: tuple[float, float, float]
+    mean_normal: tuple[float, float, float]
+    persistence: float
+
+
+@dataclass(frozen=True)
+class RegionTable:
+    """All regions of a frame, one row each, row i has label i + 1; lengths in metres, sensor frame.
+
+    Parameters
+    ----------
+    size : (M,) int64
+        Number of labeled input points.
+    centroid, minimum, maximum : (M, 3) float64
+        Mean position and the corners of the axis-aligned box.
+    mean_lab, mean_normal : (M, 3) float64
+        NaN where the feature was not computed.
+    persistence : (M,) float64
+        How long the region stood unchanged before `max_radius`: `max_radius` minus the last scale at which it grew.
+    """
+
+    size: IntArray
+    centroid: FloatArray
+    minimum: FloatArray
+    maximum: FloatArray
+    mean_lab: FloatArray
+    mean_normal: FloatArray
+    persistence: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.size)
+
+    def __getitem__(self, index: int) -> Region:
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"region {index} of {len(self)}")
+        index %= len(self)
+
+        def row(column: FloatArray) -> tuple[float, float, float]:
+            x, y, z = column[index].tolist()
+            return x, y, z
+
+        return Region(
+            label=index + 1,
+            size=int(self.size[index]),
+            centroid=row(self.centroid),
+            minimum=row(self.minimum),
+            maximum=row(self.maximum),
+            mean_lab=row(self.mean_lab),
+            mean_normal=row(self.mean_normal),
+            persistence=float(self.persistence[index]),
+        )
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """The result for one cloud.
+
+    Parameters
+    ----------
+    labels : (N,) uint32
+        Label of every input point; 0 = no region, regions count from 1, largest first.
+    regions : RegionTable
+        Properties of the regions.
+    barcode : Barcode
+        The H0 barcode of the preprocessed points.
+    components : Components
+        Exact components and deaths of the preprocessed points, before small regions were dealt with.
+    index : (M,) int64
+        Row of the preprocessed points in the input (of the first point of a voxel where the cloud was thinned).
+    features : Features
+        Features of the preprocessed points.
+    plane : Plane or None
+        The removed support plane.
+    params : Params
+        The parameters used.
+    ms : dict of str to float
+        Milliseconds per stage, in order of execution.
+    """
+
+    labels: LabelArray
+    regions: RegionTable
+    barcode: Barcode
+    components: Components
+    index: IntArray
+    features: Features
+    plane: Plane | None
+    params: Params
+    ms: dict[str, float] = field(default_factory=dict)

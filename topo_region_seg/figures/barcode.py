@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The H0 barcode, like the paper's Fig. 5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from topo_region_seg.data import FloatArray, IntArray, Segmentation
+
+_LINES = {"die": 90, "small": 24, "region": 100}  # most bars drawn of each kind
+_WIDTH, _HEIGHT = 8.0, 6.0  # inches
+_BLUE = "#1f4fd8"
+_PALE = "#8fa8ea"
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Bars of one kind: how many there are, and the stepped deaths of those that are drawn."""
+
+    kind: str
+    count: int
+    drawn: FloatArray
+
+
+def plot_barcode(seg: Segmentation, path: str | Path) -> None:
+    """Write the barcode of a segmentation: one line per generator from its birth to its (stepped) death.
+
+    Bars that never die end in a triangle, as in the paper. From the bottom: bars that die, shortest first; components
+    that never die but are smaller than ``min_region_size``; components that are regions. Of many bars an
+    even sample is drawn, and the figure says how many that is.
+
+    Parameters
+    ----------
+    seg : Segmentation
+        The result.
+    path : str or Path
+        The file to write; its ending gives the format (.png, .pdf, .svg).
+    """
+    groups = _groups(seg)
+    unit, per_meter = ("mm", 1e3) if seg.barcode.max_radius < 0.1 else ("m", 1.0)
+    last = seg.barcode.max_radius * per_meter
+    beyond = 1.06 * last
+    figure = Figure(figsize=(_WIDTH, _HEIGHT), dpi=140, facecolor="white")
+    ax = figure.subplots(gridspec_kw={"left": 0.05, "right": 0.77, "bottom": 0.09, "top": 0.91})
+    y = 0.0
+    for group in groups:
+        rows = y + np.arange(len(group.drawn))
+        ends = np.where(np.isinf(group.drawn), beyond, group.drawn * per_meter)
+        lines = np.stack([np.stack([np.zeros_like(rows), rows], 1), np.stack([ends, rows], 1)], axis=1)
+        pale = group.kind == "small"
+        color = _PALE if pale else _BLUE
+        bars = LineCollection(list(lines), colors=color, linewidths=_line_width(groups))
+        bars.set_snap(False)  # rounding to pixels would make bundles of some and gaps between others
+        ax.add_collection(bars)
+        if group.kind != "die":
+            size = float(np.clip(700 / max(_height(groups), 1), 3.5, 8.0))
+            ax.plot(ends, rows, ">", color=color, markersize=size, clip_on=False)
+        if len(rows):
+            _note(ax, group, (rows[0] + rows[-1]) / 2)
+            y = rows[-1] + 1 + 0.02 * _height(groups)
+    ax.set_xlim(0.0, beyond)
+    ax.set_ylim(-0.02 * max(y, 1.0), max(y, 1.0))
+    ax.set_xlabel(f"filtration value ({unit})")
+    ax.set_xticks(_ticks(seg, per_meter))
+    ax.set_yticks([])
+    ax.set_ylabel("generators of H$_0$")
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.set_title(_title(seg, groups), fontsize=11, loc="left")
+    figure.savefig(path)
+
+
+def _groups(seg: Segmentation) -> tuple[_Group, _Group, _Group]:
+    """Sort the bars into those that die, small components and regions; sample each group evenly by rank."""
+    death = seg.components.stepped(seg.barcode.steps)
+    survivors = np.flatnonzero(np.isinf(death))
+    size = np.bincount(seg.components.root, minlength=len(death))[survivors] if len(death) else survivors
+    large = int((size >= seg.params.min_region_size).sum())
+    finite = np.sort(death[np.isfinite(death)])
+    return (
+        _Group("die", len(finite), finite[_even_sample(len(finite), _LINES["die"])]),
+        _Group("small", len(size) - large, np.full(min(len(size) - large, _LINES["small"]), np.inf)),
+        _Group("region", large, np.full(min(large, _LINES["region"]), np.inf)),
+    )
+
+
+def _even_sample(count: int, most: int) -> IntArray:
+    """Return up to `most` of the ranks 0..count - 1, evenly spread, the first and the last among them."""
+    return np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
+
+
+def _height(groups: tuple[_Group, ...]) -> int:
+    return sum(len(group.drawn) for group in groups)
+
+
+def _line_width(groups: tuple[_Group, ...]) -> float:
+    spacing = 0.8 * _HEIGHT * 72.0 / max(_height(groups), 1)  # points
+    return float(np.clip(0.5 * spacing, 0.3, 3.0))
+
+
+def _note(ax: Axes, group: _Group, y: float) -> None:
+    """Say beside a group what it is, and how much of it is drawn."""
+    what = {
+        "die": "die: joined to\nan older component",
+        "small": "never die, but\nhave few points",
+        "region": "never die:\nregions",
+    }[group.kind]
+    part = "" if len(group.drawn) == group.count else f"\n({len(group.drawn)} drawn)"
+    ax.annotate(
+        f"{group.count:,} {what}{part}",
+        (1.03, y),
+        xycoords=("axes fraction", "data"),
+        fontsize=9,
+        va="center",
+        color=_BLUE,
+        annotation_clip=False,
+    )
+
+
+def _ticks(seg: Segmentation, per_meter: float) -> FloatArray:
+    """Return 0 and the steps of the filtration, or every so many of them."""
+    scales = np.append(0.0, seg.components.scales(seg.barcode.steps))
+    every = -(-seg.barcode.steps // 10)
+    return scales[::every] * per_meter
+
+
+def _title(seg: Segmentation, groups: tuple[_Group, ...]) -> str:
+    never = groups[1].count + groups[2].count
+    fate = "merged into neighbors" if seg.params.small_regions == "merge" else "removed"
+    small = f"the {groups[1].count:,} small components {fate}: " if groups[1].count else ""
+    regions = f"{len(seg.regions):,} region{'' if len(seg.regions) == 1 else 's'}"
+    return f"{len(seg.barcode):,} points, {never:,} bars of infinite persistence\n{small}{regions}"

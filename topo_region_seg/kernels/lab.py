@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""sRGB to CIELAB, point by point."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.data import FloatArray
+from topo_region_seg.kernels.compile import kernel
+
+WHITE_X, WHITE_Z = 0.95047, 1.08883  # D65, 2 degree observer, Y = 1
+EPSILON = (6.0 / 29.0) ** 3
+
+
+@kernel
+def rgb_to_lab(rgb: npt.NDArray[np.uint8], linear_light: FloatArray) -> FloatArray:
+    """Convert rows of 8-bit sRGB, given the linear light (256,) of each value."""
+    lab = np.empty((len(rgb), 3))
+    for i in range(len(rgb)):
+        r, g, b = linear_light[rgb[i, 0]], linear_light[rgb[i, 1]], linear_light[rgb[i, 2]]
+        x = lightness((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / WHITE_X)
+        y = lightness(0.2126729 * r + 0.7151522 * g + 0.0721750 * b)
+        z = lightness((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / WHITE_Z)
+        lab[i, 0] = 116.0 * y - 16.0
+        lab[i, 1] = 500.0 * (x - y)
+        lab[i, 2] = 200.0 * (y - z)
+    return lab
+
+
+@kernel
+def lightness(t):  # type: ignore[no-untyped-def]
+    """CIE f(t): cube root, linear near black."""
+    return np.cbrt(t) if t > EPSILON else t * (841.0 / 108.0) + 4.0 / 29.0

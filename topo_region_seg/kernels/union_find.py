@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Union-find over rows, with the elder rule of zeroth persistent homology."""
+
+from __future__ import annotations
+
+from topo_region_seg.kernels.compile import inlined
+
+
+@inlined
+def find(parent, row):  # type: ignore[no-untyped-def]
+    """Return the root of `row`, halving the path on the way."""
+    while parent[row] != row:
+        parent[row] = parent[parent[row]]
+        row = parent[row]
+    return row
+
+
+@inlined
+def unite(parent, size, elder, death, a, b, scale):  # type: ignore[no-untyped-def]
+    """Unite the components of rows `a` and `b` at `scale`; return whether they were two.
+
+    `elder[root]` is the smallest point id of a component. The component with the larger one dies: its
+    `death`, which is indexed by point id, becomes `scale` (elder rule; all births are equal).
+    """
+    a, b = find(parent, a), find(parent, b)
+    if a == b:
+        return False
+    if size[a] < size[b]:
+        a, b = b, a
+    parent[b] = a
+    size[a] += size[b]
+    young = max(elder[a], elder[b])
+    elder[a] = min(elder[a], elder[b])
+    death[young] = scale
+    return True

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbering of the occupied voxels of a grid, by a hash table."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.kernels.compile import kernel
+
+
+@kernel
+def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
+    """Return the voxel (N,) of every point, numbered in the order of appearance, and the first point (M,) of each."""
+    n = len(xyz)
+    slots = 16
+    while slots < 2 * n:
+        slots *= 2
+    table = np.full(slots, -1)  # voxel in the slot
+    cells = np.empty((n, 3), np.int64)
+    first = np.empty(n, np.int64)
+    voxel = np.empty(n, np.int64)
+    count = 0
+    for i in range(n):
+        a, b, c = (
+            np.int64(math.floor(xyz[i, 0] / edge)),
+            np.int64(math.floor(xyz[i, 1] / edge)),
+            np.int64(math.floor(xyz[i, 2] / edge)),
+        )
+        slot = (a * 73856093 ^ b * 19349663 ^ c * 83492791) * -7046029254386353131
+        slot = (slot ^ (slot >> 32)) & (slots - 1)
+        while True:
+            v = table[slot]
+            if v < 0:
+                v, table[slot] = count, count
+                cells[v, 0], cells[v, 1], cells[v, 2] = a, b, c
+                first[v] = i
+                count += 1
+            if cells[v, 0] == a and cells[v, 1] == b and cells[v, 2] == c:
+                voxel[i] = v
+                break
+            slot = (slot + 1) & (slots - 1)
+    return voxel, first[:count].copy()

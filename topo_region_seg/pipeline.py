@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The one path from a cloud to its regions, in the steps of the paper."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.data import Barcode, Cloud, Components, Features, FloatArray, IntArray, Segmentation
+from topo_region_seg.kernels.selection import gather
+from topo_region_seg.kernels.tree import position_tree, split_nodes
+from topo_region_seg.params import Params
+from topo_region_seg.stages.color import srgb_to_lab
+from topo_region_seg.stages.crop import crop
+from topo_region_seg.stages.filtration import filtration
+from topo_region_seg.stages.floor import above, find_floor
+from topo_region_seg.stages.homogeneity import homogeneity_channels
+from topo_region_seg.stages.normals import estimate_normals
+from topo_region_seg.stages.regions import describe_regions, number_regions
+from topo_region_seg.stages.small_regions import settle_small_regions
+from topo_region_seg.stages.thinning import thin
+
+
+class MissingColorError(ValueError):
+    """The cloud has no color, and the criterion needs it."""
+
+
+class Pipeline:
+    """Segments one cloud after another; holds nothing but its parameters, so threads may share it."""
+
+    def __init__(self, params: Params | None = None) -> None:
+        self.params = params or Params()
+
+    def run(self, cloud: Cloud) -> Segmentation:
+        """Segment a cloud.
+
+        Raises
+        ------
+        MissingColorError
+            If the cloud has no color and ``params.features`` is not ``normals``.
+        """
+        params = self.params
+        if cloud.rgb is None and params.uses_color:
+            raise MissingColorError(
+                f"the cloud has no color, but features is '{params.features}'; set features to 'normals'"
+            )
+        clock = _Clock()
+        with clock("crop"):
+            rows = crop(cloud.xyz, params)
+            xyz = gather(cloud.xyz, rows)
+        with clock("floor"):
+            plane = find_floor(xyz, params) if params.remove_floor else None
+            if plane is not None:
+                kept = above(xyz, plane, params.floor_distance)
+                rows, xyz = rows[kept], gather(xyz, kept)
+        with clock("thinning"):
+            points = _Points(rows, xyz, None if cloud.rgb is None else cloud.rgb[rows], params.voxel_size)
+        with clock("color"):
+            lab = srgb_to_lab(points.rgb) if points.rgb is not None and params.uses_color else None
+        with clock("normals"):
+            tree = position_tree(points.xyz)
+            normals = estimate_normals(points.xyz, tree, params) if params.uses_normals else None
+        with clock("filtration"):
+            channels = homogeneity_channels(points.xyz, lab, normals, params)
+            components = filtration(channels, params)
+        with clock("small_regions"):
+            region = settle_small_regions(channels, tree, components.root, points.weight, params)
+        with clock("regions"):
+            features = Features(lab, normals)
+            labels = number_regions(points.xyz, region, points.weight)
+            regions = describe_regions(points.xyz, features, labels, points.weight, components)
+        return Segmentation(
+            labels=points.carry_back(labels, len(cloud)),
+            regions=regions,
+            barcode=_barcode(points.xyz, components, labels, params),
+            components=components,
+            index=points.index,
+            features=features,
+            plane=plane,
+            params=params,
+            ms=clock.ms,
+        )
+
+
+def warm_up() -> None:
+    """Compile all kernels, or load them from the cache, by segmenting a small made cloud in different ways."""
+    side = np.linspace(0.0, 0.5, 40)
+    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
+    table = np.column_stack([x, y, np.full(x.size, 1.0)])
+    thing = np.column_stack([0.2 * x, 0.2 * y, np.full(x.size, 0.9)])
+    xyz = np.concatenate([table, thing, [[0.9, 0.9, 0.5]]])
+    # Colors without order leave much to do, so that also what makes room for it is compiled.
+    rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
+    for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
+        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)))
+
+
+def kernel_cache() -> str:
+    """Return the folder that keeps the compiled kernels: beside the code, or the user's where that is read-only."""
+    return str(split_nodes.stats.cache_path)  # type: ignore[attr-defined]
+
+
+class _Points:
+    """The points that the filtration sees, and the input rows that each one stands for."""
+
+    def __init__(self, rows: IntArray, xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel_size: float) -> None:
+        self._rows = rows
+        if voxel_size > 0.0 and len(rows):
+            thinned = thin(xyz, rgb, voxel_size)
+            self.xyz, self.rgb, self.index = thinned.xyz, thinned.rgb, rows[thinned.first]
+            self._stand_in: IntArray | None = thinned.voxel
+            self.weight = np.bincount(thinned.voxel)
+        else:
+            self.xyz, self.rgb, self.index = xyz, rgb, rows
+            self._stand_in = None
+            self.weight = np.ones(len(rows), np.int64)
+
+    def carry_back(self, labels: npt.NDArray[np.uint32], n: int) -> npt.NDArray[np.uint32]:
+        """Return the labels of all `n` input rows; 0 where a row was cropped."""
+        full = np.zeros(n, np.uint32)
+        full[self._rows] = labels if self._stand_in is None else labels[self._stand_in]
+        return full
+
+
+def _barcode(xyz: FloatArray, components: Components, labels: npt.NDArray[np.uint32], params: Params) -> Barcode:
+    return Barcode(
+        xyz=xyz,
+        birth=np.zeros(len(xyz)),
+        death=components.death,
+        label=labels,
+        steps=params.filtration_steps,
+        max_radius=params.max_radius,
+    )
+
+
+class _Clock:
+    """Milliseconds per stage, in order."""
+
+    def __init__(self) -> None:
+        self.ms: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.ms[stage] = (time.perf_counter() - start) * 1e3

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Warnings that come with a reason code: once, or at most once in a while."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rclpy.impl.rcutils_logger import RcutilsLogger
+
+
+class ReasonLog:
+    """Log warnings by reason, so that one reason cannot hide another. Safe to use from several threads.
+
+    Parameters
+    ----------
+    logger : RcutilsLogger
+        Where the warnings go.
+    period : callable
+        Returns the least time between two warnings with the same reason, seconds.
+    """
+
+    def __init__(self, logger: RcutilsLogger, period: Callable[[], float]) -> None:
+        self._logger = logger
+        self._period = period
+        self._lock = threading.Lock()
+        self._last: dict[str, float] = {}
+        self._held_back: dict[str, int] = {}
+
+    def throttled(self, reason: str, text: str) -> None:
+        """Warn, unless the same reason was warned of less than a period ago; the next warning tells how many."""
+        with self._lock:
+            now = time.monotonic()
+            if now - self._last.get(reason, float("-inf")) < self._period():
+                self._held_back[reason] = self._held_back.get(reason, 0) + 1
+                return
+            self._last[reason] = now
+            held_back = self._held_back.pop(reason, 0)
+        more = f" (and {held_back} more since the last warning)" if held_back else ""
+        self._logger.warning(f"[{reason}] {text}{more}")
+
+    def once(self, reason: str, text: str) -> None:
+        """Warn, unless the same reason was warned of before."""
+        with self._lock:
+            if reason in self._last:
+                return
+            self._last[reason] = time.monotonic()
+        self._logger.warning(f"[{reason}] {text}")

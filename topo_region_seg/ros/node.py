@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The executable `region_segmentation_node`: arguments, signals and exit status."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+
+from topo_region_seg.params import ParameterError
+
+DESCRIPTION = "Segment colored point clouds into persistent regions: a ROS 2 lifecycle node."
+USAGE = "region_segmentation_node [--ros-args -p NAME:=VALUE --params-file FILE -r points:=TOPIC --log-level LEVEL ...]"
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until a signal ends it; return the exit status: 0 done, 2 wrong usage."""
+    argv = list(sys.argv if args is None else args)
+    try:
+        import rclpy
+        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+        from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+        from rclpy.utilities import remove_ros_args
+    except ImportError as error:
+        print(f"{error}: source a ROS 2 installation, or pip install 'topo_region_seg[ros]'", file=sys.stderr)
+        return 2
+    parser = argparse.ArgumentParser("region_segmentation_node", USAGE, DESCRIPTION)
+    try:
+        parser.parse_args(remove_ros_args(argv)[1:])
+        rclpy.init(args=argv)
+    except (rcl.RCLInvalidROSArgsError, rcl.UnknownROSArgsError) as error:
+        parser.error(str(error).split(", at /")[0])
+
+    from topo_region_seg.ros.region_segmentation import RegionSegmentation
+
+    node = None
+    try:
+        node = RegionSegmentation()
+        node.autostart()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+    except ParameterError as error:
+        rclpy.logging.get_logger("region_segmentation").fatal(str(error))
+        return 2
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        # A terminal and a launcher may both send the signal; the second must not tear the cleaning up.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the node alone, beside those of the segmentation; no ROS import, so that the docs can list them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from topo_region_seg.params import ParameterTable, parameter
+
+
+@dataclass(frozen=True)
+class NodeParams(ParameterTable):
+    """Parameters of `region_segmentation_node` that do not change what a cloud's labels are."""
+
+    autostart: bool = parameter(
+        True, "configure and activate the node at start; false = wait for the lifecycle services", live=False
+    )
+    input_reliability: str = parameter(
+        "auto",
+        "QoS reliability of the input, read at activation; auto = reliable until a best-effort publisher appears",
+        choices=("auto", "best_effort", "reliable"),
+    )
+    input_timeout: float = parameter(
+        5.0,
+        "an active node without clouds for this long warns and reports an error; 0 = never",
+        unit="s",
+        low=0.0,
+        high=3600.0,
+    )
+    warning_period: float = parameter(
+        5.0, "warnings with the same reason are logged at most once in this time", unit="s", low=0.0, high=3600.0
+    )

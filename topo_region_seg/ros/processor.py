@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From an arrived message to published regions; a bad frame is counted and logged, and never ends the node."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from dataclasses import dataclass, field
+
+from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import PointCloud2
+
+from topo_region_seg.pipeline import MissingColorError, Pipeline
+from topo_region_seg.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.ros.log import ReasonLog
+from topo_region_seg.ros.publishers import Outputs
+from topo_region_seg.ros.statistics import Statistics
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A message and when it arrived (monotonic clock, seconds)."""
+
+    msg: PointCloud2
+    arrived: float = field(default_factory=time.monotonic)
+
+
+class FrameProcessor:
+    """Decode, segment and publish one frame after the other.
+
+    `pipeline` may be replaced at any time; a frame is processed by the one that was there when it began.
+    """
+
+    def __init__(
+        self, node: LifecycleNode, pipeline: Pipeline, outputs: Outputs, statistics: Statistics, log: ReasonLog
+    ) -> None:
+        self.pipeline = pipeline
+        self._context = node.context
+        self._clock = node.get_clock()
+        self._logger = node.get_logger()
+        self._outputs = outputs
+        self._statistics = statistics
+        self._log = log
+        self._greeted = False
+
+    def process(self, frame: Frame) -> None:
+        """Answer `frame`, or count and log why it cannot be answered. Never raises."""
+        try:
+            self._answer(frame)
+        except CloudFormatError as error:
+            self._reject(error.reason, f"cloud rejected: {error.detail}")
+        except MissingColorError as error:
+            self._reject("missing_color", f"cloud rejected: {error}")
+        except Exception as error:
+            if not self._context.ok():
+                return  # a signal ended the node while it worked
+            self._logger.debug(traceback.format_exc())
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            text = f"frame failed: {type(error).__name__}: {error} ({where.filename}:{where.lineno})"
+            self._reject("internal_error", text)
+
+    def _answer(self, frame: Frame) -> None:
+        pipeline = self.pipeline
+        started = time.monotonic()
+        cloud = decode(frame.msg, max_points=pipeline.params.max_points, warn=self._log.once)
+        decoded = time.monotonic()
+        if not frame.msg.header.frame_id:
+            self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
+        seg = pipeline.run(cloud)
+        segmented = time.monotonic()
+        self._outputs.publish(frame.msg, cloud, seg)
+        published = time.monotonic()
+
+        stages = {"decode": 1e3 * (decoded - started), **seg.ms, "publish": 1e3 * (published - segmented)}
+        # In plain numbers: a stamp may be negative, which rclpy's Time refuses.
+        stamp = frame.msg.header.stamp
+        age = 1e-6 * (self._clock.now().nanoseconds - stamp.sec * 1_000_000_000 - stamp.nanosec)
+        latency = 1e3 * (published - frame.arrived)
+        self._statistics.processed(
+            stages,
+            latency,
+            age,
+            points=len(cloud),
+            regions=len(seg.regions),
+            stamp=f"{stamp.sec}.{stamp.nanosec:09d}",
+        )
+        if not self._greeted:
+            self._greeted = True
+            self._logger.info(
+                f"first cloud answered: {cloud.width}x{cloud.height} points in frame '{frame.msg.header.frame_id}', "
+                f"{len(seg.regions)} regions, {latency:.0f} ms"
+            )
+
+    def _reject(self, reason: str, text: str) -> None:
+        self._statistics.rejected(reason)
+        self._log.throttled(reason, text)

@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lifecycle node: what exists in which state, and what happens on the way from one to the other."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.ros import parameters
+from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.log import ReasonLog
+from topo_region_seg.ros.node_params import NodeParams
+from topo_region_seg.ros.processor import FrameProcessor
+from topo_region_seg.ros.publishers import Outputs
+from topo_region_seg.ros.reporter import Reporter
+from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.warm_up import warm_up_kernels
+
+STOP_SECONDS = 5.0
+"""How long a transition or the end of the process waits for the frame being processed."""
+
+
+class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyped
+    """Segment every cloud on `points`, the newest first.
+
+    Unconfigured: parameters and diagnostics. Inactive: also compiled kernels and the output topics.
+    Active: also the subscription and the worker thread.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter given at start is invalid.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("region_segmentation")
+        self._params = parameters.declare(self, Params)
+        self._node_params = parameters.declare(self, NodeParams)
+        self._log = ReasonLog(self.get_logger(), lambda: self._node_params.warning_period)
+        for line in parameters.unknown_names(self, (Params, NodeParams)):
+            self.get_logger().warning(line)
+        self.add_pre_set_parameters_callback(lambda changes: parameters.typed_empty_lists(changes, Params))
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+
+        self._statistics = Statistics()
+        self._outputs: Outputs | None = None
+        self._processor: FrameProcessor | None = None
+        self._input: Input | None = None
+        self._reporter = Reporter(self, self._statistics)
+        self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._survive_invalid_transitions()
+
+    def autostart(self) -> None:
+        """Configure and activate on a thread of its own, unless the parameter `autostart` is false."""
+        if self._node_params.autostart:
+            threading.Thread(target=self._autostart, name="autostart", daemon=True).start()
+        else:
+            self.get_logger().info("autostart is off: waiting for the lifecycle service 'configure'")
+
+    def destroy_node(self) -> None:
+        """Stop the work and remove the node."""
+        self._release()
+        super().destroy_node()
+
+    # Lifecycle. What fails on the way up falls back to the state before; what fails on the way down is released.
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Load the kernels and create the output topics."""
+
+        def configure() -> None:
+            warm_up_kernels(self.get_logger(), self.context.ok)
+            self._outputs = Outputs(self)
+            self._processor = FrameProcessor(self, Pipeline(self._params), self._outputs, self._statistics, self._log)
+
+        return self._transition("configure", configure, undo=self._release)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Open the output topics and subscribe to the clouds."""
+
+        def activate() -> None:
+            if self._processor is None:
+                raise RuntimeError("not configured")
+            self._statistics.restart()
+            super(RegionSegmentation, self).on_activate(state)
+            reliability = self._node_params.input_reliability
+            self._input = Input(self, self._processor.process, self._statistics, self._log, reliability)
+            self.get_logger().info(f"active: waiting for clouds on {self._input.topic}")
+
+        return self._transition("activate", activate, undo=self._close_input)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Unsubscribe, so that nothing waits in a queue, and close the output topics."""
+
+        def deactivate() -> None:
+            self._close_input()
+            super(RegionSegmentation, self).on_deactivate(state)
+            self.get_logger().info("inactive")
+
+        return self._transition("deactivate", deactivate)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Remove the output topics."""
+        return self._transition("cleanup", self._release)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Release everything; the node stays, finalized, until the process ends."""
+        return self._transition("shutdown", self._release)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Release everything and begin anew, unconfigured."""
+        return self._transition("recovery", self._release)
+
+    def _transition(
+        self, name: str, action: Callable[[], None], undo: Callable[[], None] | None = None
+    ) -> TransitionCallbackReturn:
+        try:
+            action()
+            return TransitionCallbackReturn.SUCCESS
+        except ExternalShutdownException:
+            return TransitionCallbackReturn.FAILURE
+        except Exception as error:
+            self.get_logger().error(f"{name} failed: {type(error).__name__}: {error}")
+            if undo is None:
+                return TransitionCallbackReturn.ERROR
+            undo()
+            return TransitionCallbackReturn.FAILURE
+
+    def _autostart(self) -> None:
+        try:
+            if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
+                self.trigger_activate()
+        except Exception as error:
+            if self.context.ok():
+                self.get_logger().error(f"autostart failed: {error}")
+
+    def _survive_invalid_transitions(self) -> None:
+        # rclpy lets the error of a transition that the present state does not have end the whole process.
+        service = self._service_change_state
+        change_state = service.callback
+
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                return change_state(request, response)
+            except rclpy_implementation.RCLError:
+                self.get_logger().warning(f"transition refused: not possible in state '{self.state}'")
+                response.success = False
+                return response
+
+        service.callback = answer
+
+    @property
+    def state(self) -> str:
+        """Label of the present lifecycle state."""
+        return str(self._state_machine.current_state[1])
+
+    def _close_input(self) -> None:
+        if self._input is not None:
+            if not self._input.close(STOP_SECONDS):
+                self.get_logger().warning(f"the last frame did not end within {STOP_SECONDS:.0f} s")
+            self._input = None
+
+    def _release(self) -> None:
+        self._close_input()
+        self._processor = None
+        if self._outputs is not None:
+            self._outputs.destroy()
+            self._outputs = None
+
+    # Parameters: checked as a whole, in force from the next frame on.
+
+    def _check_parameters(self, changes: Sequence[Parameter]) -> SetParametersResult:
+        for current in (self._params, self._node_params):
+            result = parameters.check(current, changes)
+            if not result.successful:
+                return result
+        return result
+
+    def _apply_parameters(self, changes: Sequence[Parameter]) -> None:
+        before = {**self._params.as_dict(), **self._node_params.as_dict()}
+        self._params = parameters.read(self, Params)
+        self._node_params = parameters.read(self, NodeParams)
+        if self._processor is not None and self._processor.pipeline.params != self._params:
+            self._processor.pipeline = Pipeline(self._params)
+        after = {**self._params.as_dict(), **self._node_params.as_dict()}
+        changed = [f"{name} = {value}" for name, value in after.items() if value != before[name]]
+        if changed:
+            self.get_logger().info(f"parameters changed: {', '.join(changed)}")
+
+    def _report(self) -> None:
+        if self._input is not None:
+            self._input.follow_publishers()
+        self._reporter.report(self.state, self._input, self._node_params.input_timeout)

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Once a second: diagnostics on a topic and, when no clouds come, a word of advice in the log."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.lifecycle import LifecycleNode
+
+from topo_region_seg.ros.diagnostics import diagnostics
+from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.statistics import Statistics
+
+CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"
+
+
+class Reporter:
+    """Publish the node's diagnostics, in every lifecycle state."""
+
+    def __init__(self, node: LifecycleNode, statistics: Statistics) -> None:
+        self._node = node
+        self._statistics = statistics
+        self._before = statistics.snapshot()
+        self._silent = False
+        # Not a lifecycle publisher: an inactive node has something to say, too.
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+
+    def report(self, state: str, source: Input | None, input_timeout: float) -> None:
+        """Publish the figures of this moment and compare them with those of the last report."""
+        now = self._statistics.snapshot()
+        stamp = self._node.get_clock().now().to_msg()
+        name = self._node.get_fully_qualified_name()
+        self._publisher.publish(diagnostics(stamp, name, state, now, self._before, input_timeout))
+        self._before = now
+
+        silent = state == "active" and 0 < input_timeout <= now.idle
+        if silent and not self._silent and source is not None:
+            self._node.get_logger().warning(self._advice(source.topic, now.idle))
+        if self._silent and not silent and state == "active":
+            self._node.get_logger().info("clouds are coming in")
+        self._silent = silent
+
+    def _advice(self, topic: str, idle: float) -> str:
+        text = f"no clouds on {topic} for {idle:.0f} s"
+        if publishers := self._node.count_publishers(topic):
+            return f"{text}, although it has {publishers} publisher(s): are they publishing, with what QoS?"
+        others = sorted(
+            name
+            for name, types in self._node.get_topic_names_and_types()
+            if CLOUD_TYPE in types and self._node.count_publishers(name) and not self._own(name)
+        )
+        if not others:
+            return f"{text}: nobody publishes sensor_msgs/PointCloud2; is the camera driver running?"
+        remaps = " or ".join(f"-r points:={name}" for name in others[:4])
+        return f"{text}: nobody publishes there; remap with --ros-args {remaps}"
+
+    def _own(self, topic: str) -> bool:
+        return any(publisher.topic_name == topic for publisher in self._node.publishers)

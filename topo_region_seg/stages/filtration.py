@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The filtration and its zeroth persistent homology (paper, sections IV.A, IV.B, IV.D)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.data import Components, FloatArray, IntArray
+from topo_region_seg.kernels.leaf_pairs import Criterion, Edges, grown_edges, new_edges
+from topo_region_seg.kernels.pair_queue import BUCKET_SHIFT, FREE, SPACE, SPARE, even_out, grown_queue, new_queue, put
+from topo_region_seg.kernels.rips import (
+    Forest,
+    drain_bucket,
+    nearest_in_leaves,
+    new_forest,
+    refresh_components,
+    smallest_ids,
+    unite_edges,
+)
+from topo_region_seg.kernels.tree import LEAF, Tree, build_tree
+from topo_region_seg.params import Params
+from topo_region_seg.stages.homogeneity import criterion, homogeneity_channels
+
+POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller than the radius; measured
+CROWD = 4  # waiting pairs per point from which on the filtration begins anew; measured
+REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
+
+
+def persistent_components(
+    xyz: npt.ArrayLike, lab: npt.ArrayLike | None, normals: npt.ArrayLike | None, params: Params
+) -> Components:
+    """Compute H0 of the Vietoris-Rips filtration whose edges satisfy the homogeneity criterion.
+
+    Parameters
+    ----------
+    xyz : (N, 3) array of float
+        Positions, metres; all finite.
+    lab : (N, 3) array of float or None
+        CIELAB colors; needed unless ``params.features`` is ``normals``.
+    normals : (N, 3) array of float or None
+        Normals; needed unless ``params.features`` is ``color``. They are scaled to unit length. A row of
+        NaN marks a point without a normal: it takes part by color alone, and not at all where
+        ``params.features`` is ``normals``.
+    params : Params
+        Uses `max_radius`, `features`, and the color and angle thresholds.
+
+    Returns
+    -------
+    Components
+        `root` and exact `death` of every point; a death is the length of an edge of the minimum spanning
+        forest of the graph at `max_radius`.
+
+    Raises
+    ------
+    ValueError
+        If a needed array is missing, has the wrong shape, or holds values that are not finite.
+    """
+    return filtration(homogeneity_channels(xyz, lab, normals, params), params)
+
+
+def filtration(channels: FloatArray, params: Params) -> Components:
+    """Compute what `persistent_components` does, from points as `homogeneity_channels` returns them, (N, 9)."""
+    n = len(channels)
+    limits = criterion(params)
+    if params.features == "normals":
+        # A point without a normal has nothing to be compared by: it stays alone.
+        rows = np.flatnonzero(~np.isnan(channels[:, 6]))
+        root, death = np.arange(n), np.full(n, np.inf)
+        sub_root, sub_death = _grow(np.ascontiguousarray(channels[rows]), limits)
+        root[rows], death[rows] = rows[sub_root], sub_death
+    else:
+        root, death = _grow(channels, limits)
+    return Components(root=root, death=death, max_radius=params.max_radius)
+
+
+def split_weights(limits: Criterion) -> FloatArray:
+    """Weights under which the tree splits: each channel in units of what the criterion tells apart."""
+
+    def weight(square: float) -> float:
+        return 1.0 / math.sqrt(square) if square > 0.0 and math.isfinite(square) else 0.0
+
+    return np.repeat([POSITION_FIRST * weight(limits.reach), weight(limits.color_high), weight(limits.chord_high)], 3)
+
+
+def _grow(channels: FloatArray, limits: Criterion) -> tuple[IntArray, FloatArray]:
+    """Go through the scales from the smallest to the largest; return root and death by point id."""
+    tree = build_tree(channels, split_weights(limits))
+    forest = new_forest(tree)
+    bucket = _first_bucket(tree)
+    workers = [_Worker(tree, limits, forest) for _ in range(2)]
+    with ThreadPoolExecutor(len(workers)) as pool:
+        _open_root(workers, tree, bucket, pool.map, first=True, sweep=False)
+        if sum(worker.waiting for worker in workers) > CROWD * len(channels):
+            # Points fill a volume. Joining those of the next scale too, before any pair is kept, and beginning
+            # anew from the root leaves far fewer pairs to wait.
+            for sweep in (True, False):
+                unite_edges(forest, *_by_length(workers))
+                refresh_components(tree, forest)
+                for worker in workers:
+                    worker.forget()
+                bucket += 1
+                _open_root(workers, tree, bucket, pool.map, first=False, sweep=sweep)
+        stale = 0
+        while True:
+            stale += unite_edges(forest, *_by_length(workers))
+            waiting = [worker.next_bucket(bucket + 1) for worker in workers]
+            if all(b is None for b in waiting):
+                return smallest_ids(tree, forest), forest.death
+            bucket = min(b for b in waiting if b is not None)
+            if stale > REFRESH * len(channels):
+                refresh_components(tree, forest)
+                stale = 0
+            even_out(workers[0].queue, workers[1].queue, bucket)
+            list(pool.map(_Worker.drain, workers, [bucket] * len(workers)))
+
+
+def _first_bucket(tree: Tree) -> int:
+    """Bucket of a scale below which few points have neighbors; all shorter edges are taken in one go."""
+    n_leaves = min(256, (len(tree.order) + LEAF - 1) // LEAF)
+    nearest = nearest_in_leaves(tree, n_leaves)
+    nearest = nearest[np.isfinite(nearest)]
+    if len(nearest) == 0:
+        return 0
+    # The low quantile guards against clouds of which a part is far denser than the rest.
+    low, median = nearest[len(nearest) // 50], nearest[len(nearest) // 2]
+    return int(np.float64(min(median, 16.0 * low)).view(np.int64)) >> BUCKET_SHIFT
+
+
+def _open_root(
+    workers: list[_Worker], tree: Tree, bucket: int, parallel: Callable[..., Any], *, first: bool, sweep: bool
+) -> None:
+    """Open a bucket from the root: each half of the tree by a worker of its own, then the pair across."""
+    if len(tree.order) == 0:
+        return
+    one, other = workers
+    left, right = 1, int(tree.right[0])
+    if right == 0:
+        put(one.queue, 0, 0, bucket)
+        one.drain(bucket, first, sweep)
+        return
+    put(one.queue, left, left, bucket)
+    put(other.queue, right, right, bucket)
+    list(parallel(lambda worker: worker.drain(bucket, first, sweep), workers))
+    put(one.queue, left, right, bucket)
+    one.drain(bucket, first, sweep)
+
+
+def _by_length(workers: list[_Worker]) -> tuple[Edges, IntArray]:
+    """Gather what the workers found at a scale; return it with the order by length."""
+    d2, a, b = zip(*(worker.take() for worker in workers), strict=True)
+    edges = Edges(np.concatenate(d2), np.concatenate(a), np.concatenate(b))
+    return edges, np.argsort(edges.d2)
+
+
+class _Worker:
+    """Pairs of nodes that wait, and the edges found at the current scale; one for each thread."""
+
+    def __init__(self, tree: Tree, limits: Criterion, forest: Forest) -> None:
+        # Small, so that warming up already makes them grow.
+        self.queue = new_queue(64)
+        self._edges = new_edges(64)
+        self._n_edges = 0
+        self._tree, self._limits, self._forest = tree, limits, forest
+
+    def drain(self, bucket: int, first: bool = False, sweep: bool = False) -> None:
+        """Open all pairs of a bucket."""
+        while self.queue.head[bucket] >= 0:
+            if self._n_edges + LEAF * LEAF > len(self._edges.d2):
+                self._edges = grown_edges(self._edges)
+            if self.queue.head[SPACE] < SPARE:
+                self.queue = grown_queue(self.queue)
+            self._n_edges = drain_bucket(
+                self._tree, self._limits, self._forest, self.queue, self._edges, self._n_edges, bucket, first, sweep
+            )
+
+    @property
+    def waiting(self) -> int:
+        """Number of pairs that wait."""
+        return len(self.queue.after) - int(self.queue.head[SPACE])
+
+    def forget(self) -> None:
+        """Drop all pairs that wait."""
+        self.queue = new_queue(64)
+
+    def next_bucket(self, start: int) -> int | None:
+        """Return the first bucket from `start` on that holds a pair."""
+        filled = np.flatnonzero(self.queue.head[start:FREE] >= 0)
+        return start + int(filled[0]) if len(filled) else None
+
+    def take(self) -> Edges:
+        """Return the edges found, and forget them."""
+        n, self._n_edges = self._n_edges, 0
+        d2, a, b = self._edges
+        return Edges(d2[:n], a[:n], b[:n])

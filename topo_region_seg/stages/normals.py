@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Surface normals from the covariance of a neighborhood (paper, section IV.C)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.data import FloatArray
+from topo_region_seg.kernels.neighborhoods import nearest_normals, radius_normals
+from topo_region_seg.kernels.tree import Tree
+from topo_region_seg.parallel import in_parts, side_by_side
+from topo_region_seg.params import Params
+
+WIDEN = 3.0  # where points are sparse, a neighborhood grows to at most this many radii
+
+
+def estimate_normals(xyz: FloatArray, tree: Tree, params: Params) -> FloatArray:
+    """Return the unit normals of the points, turned towards the sensor at the origin.
+
+    The neighborhood is everything within `normal_radius`. A point with fewer than `normal_min_neighbors`
+    there takes as many nearest points within three radii.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        Positions in the sensor frame, metres.
+    tree : Tree
+        Tree over `xyz`.
+    params : Params
+        Uses `normal_radius` and `normal_min_neighbors`.
+
+    Returns
+    -------
+    (N, 3) float64
+        Unit normals; a row of NaN where even the wider neighborhood holds fewer than three points.
+    """
+    normals = np.full((len(xyz), 3), np.nan)
+    counts = np.zeros(len(xyz), np.int64)
+    radius, enough = params.normal_radius, params.normal_min_neighbors
+    side_by_side(
+        radius_normals,
+        [(tree, radius, enough, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
+    )
+    sparse = np.flatnonzero(counts < enough)
+    if len(sparse):
+        nearest_normals(tree, xyz, sparse, enough, WIDEN * radius, normals)
+    return normals

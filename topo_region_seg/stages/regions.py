@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbering of the regions and their properties (paper, section IV.F)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, RegionTable
+from topo_region_seg.kernels.merging import first_points
+from topo_region_seg.kernels.region_sums import region_sums
+
+
+def number_regions(xyz: FloatArray, region: IntArray, weight: IntArray) -> LabelArray:
+    """Return labels (N,) from 1, largest region first (ties: smallest coordinate triple); 0 where `region` is -1.
+
+    `weight` (N,) is the number of input points that each point stands for.
+    """
+    inside = region >= 0
+    n_regions = int(np.max(region, initial=-1)) + 1
+    size = np.bincount(region[inside], weights=weight[inside], minlength=n_regions)
+    first = xyz[inside][first_points(xyz[inside], region[inside], n_regions)]
+    order = np.lexsort((first[:, 2], first[:, 1], first[:, 0], -size))
+    label = np.zeros(n_regions + 1, np.uint32)  # the last entry serves region -1
+    label[order] = np.arange(1, n_regions + 1)
+    return label[region]
+
+
+def describe_regions(
+    xyz: FloatArray, features: Features, labels: LabelArray, weight: IntArray, components: Components
+) -> RegionTable:
+    """Compute size, centroid, box, mean color, mean normal and persistence of every region."""
+    n_regions = int(np.max(labels, initial=0))
+    lab = np.full_like(xyz, np.nan) if features.lab is None else features.lab
+    normals = np.full_like(xyz, np.nan) if features.normals is None else features.normals
+    size, sums, low, high, growth = region_sums(labels, weight, xyz, lab, normals, components.death, n_regions)
+    # Points without a normal do not count in the mean; where none has one there is no direction.
+    length = np.linalg.norm(sums[:, 6:9], axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        direction = np.where(length > 0.0, sums[:, 6:9] / length, np.nan)
+    return RegionTable(
+        size=size,
+        centroid=sums[:, 0:3] / size[:, None],
+        minimum=low,
+        maximum=high,
+        mean_lab=sums[:, 3:6] / size[:, None],
+        mean_normal=direction,
+        persistence=components.max_radius - growth,
+    )

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``replay``: every cloud of a recording through the pipeline, none dropped."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from topo_region_seg.tools import status
+from topo_region_seg.tools.parameters import add_parameter_arguments, params_from
+from topo_region_seg.tools.status import ToolError
+
+if TYPE_CHECKING:
+    from topo_region_seg.tools.replay_run import Replay
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("bag", metavar="BAG", type=Path, help="a rosbag2 folder, a .mcap or a ROS 1 .bag")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        type=Path,
+        help="write /labeled_points and /region_count: OUT.mcap is one file, other names are rosbag2 folders",
+    )
+    parser.add_argument("--topic", help="topic of the clouds, if the recording has several")
+    parser.add_argument("--all", action="store_true", help="write /regions, /barcode and /region_markers too")
+    parser.add_argument("--with-input", action="store_true", help="write the recorded clouds too")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the summary for machines")
+    add_parameter_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replay the recording, print a summary and write what was asked for."""
+    from topo_region_seg.bags import open_bag
+    from topo_region_seg.bags.clouds import cloud_topic
+    from topo_region_seg.pipeline import warm_up
+    from topo_region_seg.tools.console import check_writable, progress, waiting, write_whole
+    from topo_region_seg.tools.replay_output import ReplayOutput
+    from topo_region_seg.tools.replay_run import Replay
+
+    params = params_from(args)
+    if args.bag.suffix in (".pcd", ".ply"):
+        raise ToolError(f"{args.bag}: is a cloud file; for one cloud use: topo_region_seg segment {args.bag}")
+    if args.json:
+        check_writable(args.json)
+    with open_bag(args.bag) as reader:
+        topic = cloud_topic(reader, args.topic)
+        _check_apart(args.bag, args.output)
+        extra = topic.name if args.with_input else None
+        with ReplayOutput(args.output, everything=args.all, input_topic=extra) as output:
+            with waiting("loading the kernels; the first time they are compiled"):
+                warm_up()
+            replay = Replay(reader, topic, params, output, debug=args.debug)
+            with progress("segmenting", topic.count) as step:
+                replay.run(step)
+        if args.json:
+            write_whole(args.json, replay.json_text())
+        _print_summary(args, replay)
+    if replay.interrupted:
+        return status.INTERRUPTED
+    if replay.rejected or reader.problems:
+        return status.FAILED
+    return status.TRUNCATED if reader.truncated else status.DONE
+
+
+def _check_apart(bag: Path, output: Path | None) -> None:
+    """Refuse to write into the recording that is read."""
+    if output is None:
+        return
+    source, target = bag.resolve(), output.resolve()
+    if target == source or source in target.parents:
+        raise ToolError(f"{output}: is the recording that is read, or inside it; choose another name")
+
+
+def _print_summary(args: argparse.Namespace, replay: Replay) -> None:
+    from topo_region_seg.tools.console import note, output
+    from topo_region_seg.tools.tables import timing_table
+
+    if replay.frames:
+        output().print(timing_table([frame.ms for frame in replay.frames]))
+    print(f"{args.bag} {replay.topic.name}: {replay.summary_line()}", flush=True)
+    for line in replay.rejected_lines():
+        note(line)
+    for problem in replay.reader.problems:
+        note(f"damaged: {problem}")
+    if replay.reader.truncated:
+        note(f"truncated: {args.bag} is cut short; everything that was whole is done")
+    if replay.interrupted:
+        note("interrupted: what was done until then is kept")
+    for written in (args.output, args.json):
+        if written:
+            print(f"wrote {written}")
