@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from rosbags.typesys import get_types_from_msg
@@ -125,6 +126,7 @@ def _has_color(fields: set[str]) -> bool:
     return "rgb" in fields or "rgba" in fields or fields.issuperset(CHANNELS)
 
 
+@lru_cache(maxsize=8)
 def _same_layout(definition: str) -> bool:
     """Whether a recorded definition says the same as ROS 2's; one that cannot be read is given the benefit of doubt."""
     try:

@@ -8,19 +8,27 @@ import json
 import time
 import traceback
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from topo_region_seg.bags.clouds import decode_message
 from topo_region_seg.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import MissingColorError, Pipeline
 from topo_region_seg.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.tools.console import Steps, note
 from topo_region_seg.tools.interrupt import stop_request
+from topo_region_seg.tools.overlap import finish_behind, read_ahead
 from topo_region_seg.tools.replay_output import ReplayOutput
 
 SHOWN_REJECTIONS = 10
+READ_AHEAD = 2
+WRITE_BEHIND = 2
+"""Clouds in memory besides the one that is segmented: enough to keep all three busy."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,22 @@ class Rejection:
     stamp: float
     reason: str
     detail: str
+
+
+@dataclass
+class _Input:
+    """A recorded message on its way; `cloud` stays None where it cannot be used, `rejection` says why."""
+
+    record: Record
+    stamp: float
+    msg: Any = None
+    cloud: Cloud | None = None
+    decode_ms: float = 0.0
+    run_ms: float = 0.0
+    rejection: Rejection | None = None
+
+    def reject(self, reason: str, detail: str) -> None:
+        self.rejection = Rejection(self.stamp, reason, detail)
 
 
 class Replay:
@@ -63,39 +87,70 @@ class Replay:
         self._warned: set[str] = set()
 
     def run(self, step: Steps) -> None:
-        """Process all clouds; `step` is called after each."""
-        with stop_request() as stop:
-            for record in self.reader.messages([self.topic.name]):
-                self._process(record)
-                step(f"{self.frames[-1].regions} regions" if self.frames else "")
+        """Process all clouds: one is segmented while the next is read and the one before is written.
+
+        `step` is called after each, from the thread that writes.
+        """
+        with (
+            stop_request() as stop,
+            read_ahead(self._inputs(), READ_AHEAD) as inputs,
+            finish_behind(WRITE_BEHIND) as finish,
+        ):
+            for given in inputs:
+                finish(partial(self._finish, given, self._segment(given), step))
                 if stop.is_set():
                     self.interrupted = True
                     return
 
-    def _process(self, record: Record) -> None:
-        stamp = record.log_time * 1e-9
-        try:
+    def _inputs(self) -> Iterator[_Input]:
+        for record in self.reader.messages([self.topic.name]):
+            yield self._decode(record)
+
+    def _decode(self, record: Record) -> _Input:
+        given = _Input(record, record.log_time * 1e-9)
+        started = time.perf_counter()
+        with self._rejections(given):
+            given.msg = decode_message(record, self.topic)
+            given.stamp = given.msg.header.stamp.sec + given.msg.header.stamp.nanosec * 1e-9
+            given.cloud = decode(given.msg, max_points=self._pipeline.params.max_points, warn=self._warn_once)
+        given.decode_ms = 1e3 * (time.perf_counter() - started)
+        return given
+
+    def _segment(self, given: _Input) -> Segmentation | None:
+        seg = None
+        if given.cloud is not None:
             started = time.perf_counter()
-            msg = decode_message(record, self.topic)
-            stamp = msg.header.stamp.sec + msg.header.stamp.nanosec * 1e-9
-            cloud = decode(msg, max_points=self._pipeline.params.max_points, warn=self._warn_once)
-            decoded = time.perf_counter()
-            seg = self._pipeline.run(cloud)
-            segmented = time.perf_counter()
-            self._output.write(record, msg, cloud, seg)
+            with self._rejections(given):
+                seg = self._pipeline.run(given.cloud)
+            given.run_ms = 1e3 * (time.perf_counter() - started)
+        return seg
+
+    def _finish(self, given: _Input, seg: Segmentation | None, step: Steps) -> None:
+        if given.cloud is not None and seg is not None:
+            with self._rejections(given):
+                self._output.write(given.record, given.msg, given.cloud, seg)
+        if given.rejection:
+            self.rejected.append(given.rejection)
+        elif given.cloud is not None and seg is not None:
+            ms = {"decode": given.decode_ms, **seg.ms, "total": given.decode_ms + given.run_ms}
+            self.frames.append(Frame(given.stamp, len(given.cloud), len(seg.regions), ms))
+        step(f"{self.frames[-1].regions} regions" if self.frames else "")
+
+    @contextmanager
+    def _rejections(self, given: _Input) -> Iterator[None]:
+        """Note why a cloud cannot be used; one bad cloud never ends a replay."""
+        try:
+            yield
         except CloudFormatError as error:
-            self._reject(stamp, error.reason, error.detail)
+            given.reject(error.reason, error.detail)
         except MissingColorError as error:
-            self._reject(stamp, "missing_color", str(error))
+            given.reject("missing_color", str(error))
         except BagError:
             raise
-        except Exception as error:  # one bad frame never ends a replay
+        except Exception as error:
             if self._debug:
                 traceback.print_exc()
-            self._reject(stamp, "internal_error", " ".join(f"{type(error).__name__}: {error}".split()))
-        else:
-            ms = {"decode": 1e3 * (decoded - started), **seg.ms, "total": 1e3 * (segmented - started)}
-            self.frames.append(Frame(stamp, len(cloud), len(seg.regions), ms))
+            given.reject("internal_error", " ".join(f"{type(error).__name__}: {error}".split()))
 
     def summary_line(self) -> str:
         """Say in one line how many clouds, regions and milliseconds there were."""
@@ -128,9 +183,6 @@ class Replay:
             "params": self._pipeline.params.as_dict(),
         }
         return json.dumps(summary, indent=1) + "\n"
-
-    def _reject(self, stamp: float, reason: str, detail: str) -> None:
-        self.rejected.append(Rejection(stamp, reason, detail))
 
     def _warn_once(self, code: str, text: str) -> None:
         if code not in self._warned:
