@@ -38,9 +38,22 @@ MAY_IMPORT: dict[str, set[str]] = {
     "bags": EDGES,
     "figures": {*TABLES, "palette"},
     "simulation": {*EDGES, "bags", "stages"},
+    "evaluation": {"", *CORE, "cloud_layout", "pointcloud2", "bags"},
     "parameter_docs": {"params", "ros"},
     "ros": {*CORE, *EDGES},
-    "tools": {"", "api", *CORE, *EDGES, "bags", "cloud_files", "figures", "simulation", "ros", "parameter_docs"},
+    "tools": {
+        "",
+        "api",
+        *CORE,
+        *EDGES,
+        "bags",
+        "cloud_files",
+        "figures",
+        "simulation",
+        "evaluation",
+        "ros",
+        "parameter_docs",
+    },
     "__main__": {"tools"},
     "demo": {"", "api", *CORE, *EDGES, "bags", "cloud_files", "figures", "simulation", "tools", "ros"},
 }
@@ -68,6 +81,8 @@ EXTERNAL_ROOMS = {
     "zstandard": {"bags"},
     "pypcd4": {"cloud_files"},
     "imgviz": {"demo", "simulation"},
+    "distributed": {"evaluation"},
+    "dask": {"evaluation"},
 }
 NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "yaml", "imgviz"}
 

@@ -18,7 +18,6 @@ sys.path.append(str(ROOT))  # last, so that an installed copy of the package is 
 from benchmarks import __main__ as benchmark
 from benchmarks import checks, hostile, pcl_peers, peers, report, synthetic
 from benchmarks.parts import filtration, worst_cases
-from benchmarks.quality import weighted_overlap
 from benchmarks.results import Result, Setting
 from benchmarks.timing import Timing
 
@@ -97,14 +96,6 @@ def test_hostile_clouds_are_of_the_size_asked_for(name) -> None:
     assert points.xyz.shape == points.lab.shape == points.normals.shape == (500, 3)
     np.testing.assert_array_equal(points.xyz, points.xyz.astype(np.float32))
     worst_cases._check(points, name)
-
-
-def test_weighted_overlap() -> None:
-    truth = np.array([0, 1, 20, 20, 20, 30, 30], np.uint32)
-    labels = np.array([1, 2, 1, 1, 3, 2, 2], np.uint32)
-    assert weighted_overlap(truth, truth) == 1.0
-    assert weighted_overlap(truth, labels) == pytest.approx((3 * 2 / 3 + 2 * 2 / 3) / 5)
-    assert weighted_overlap(truth, np.zeros(7, np.uint32)) == 0.0
 
 
 def test_timing_quantiles() -> None:

@@ -113,6 +113,33 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn) -> Layout:
     )
 
 
+def check_field(msg: Any, size: int, name: str, *, max_points: int, warn: Warn) -> tuple[Any, int]:
+    """Check what `msg` claims of one field, whatever its others are; return the field and the row stride in bytes.
+
+    Raises
+    ------
+    CloudFormatError
+        At the first false claim, or if the field is not there.
+    """
+    height, width = int(msg.height), int(msg.width)
+    _check_field_count(msg.fields)
+    found = [f for f in msg.fields if f.name == name]
+    if not found:
+        raise CloudFormatError("field_missing", f"no field {name}")
+    if len(found) > 1:
+        raise CloudFormatError("field_duplicate", f"field '{name}' is there twice")
+    if int(found[0].datatype) not in BYTES:
+        raise CloudFormatError("field_type", f"field '{name}' has datatype {found[0].datatype}, not 1 to 8")
+    if int(found[0].count) < 1:
+        raise CloudFormatError("field_count", f"field '{name}' has count {found[0].count}")
+    _check_places({name: found[0]}, int(msg.point_step))
+    if height * width > max_points:
+        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points = {max_points}")
+    row_step = _row_step(height, width, int(msg.point_step), int(msg.row_step), size, warn) if height * width else 0
+    _check_stamp(msg)
+    return found[0], row_step
+
+
 def _check_field_count(fields: Any) -> None:
     if len(fields) > MAX_FIELDS:
         raise CloudFormatError("too_many_fields", f"{len(fields)} fields are more than {MAX_FIELDS}")

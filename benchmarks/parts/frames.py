@@ -7,12 +7,14 @@ from __future__ import annotations
 import time
 from statistics import median
 
+import numpy as np
+
 from benchmarks import pcl_peers
-from benchmarks.quality import weighted_overlap
 from benchmarks.recordings import Frame, frames, source
 from benchmarks.results import Result, Setting, Table
 from benchmarks.timing import Timing
 from topo_region_seg.bags.types import bag_types
+from topo_region_seg.evaluation import measure as quality_of
 from topo_region_seg.messages import labeled_points, region_count
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
@@ -104,7 +106,7 @@ def _quality(params: Params, setting: Setting, result: Result) -> None:
     chosen = frames()[:: setting.choose(1, 4)]
 
     def overlap(pipeline: Pipeline) -> float:
-        every = [weighted_overlap(frame.truth, pipeline.run(frame.cloud()).labels) for frame in chosen]
+        every = [_weighted_overlap(frame, pipeline) for frame in chosen]
         return sum(every) / len(every)
 
     ours, unthinned = overlap(Pipeline(params)), overlap(Pipeline(params.replace(voxel_size=0.0)))
@@ -112,3 +114,10 @@ def _quality(params: Params, setting: Setting, result: Result) -> None:
     goal = f"defaults within {QUALITY_LOSS} of the overlap without thinning: loss"
     result.at_most(goal, on, unthinned - ours, QUALITY_LOSS, "", 3)
     result.data["weighted_overlap"] = {"defaults": ours, "not thinned": unthinned}
+
+
+def _weighted_overlap(frame: Frame, pipeline: Pipeline) -> float:
+    cloud = frame.cloud()
+    valid = np.isfinite(cloud.xyz).all(axis=1)
+    overlap = quality_of(frame.truth, pipeline.run(cloud).labels, valid)["wov"]
+    return float("nan") if overlap is None else overlap
