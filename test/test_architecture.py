@@ -38,7 +38,10 @@ MAY_IMPORT: dict[str, set[str]] = {
     "bags": EDGES,
     "figures": {*TABLES, "palette"},
     "simulation": {*EDGES, "bags", "stages"},
+    "runs": {"", *CORE, *EDGES, "bags", "evaluation"},
+    "report": {"", *TABLES, "palette", "evaluation", "figures", "runs"},
     "evaluation": {"", *CORE, "cloud_layout", "pointcloud2", "bags"},
+    "inspection": {*CORE, *EDGES, "bags"},
     "parameter_docs": {"params", "ros"},
     "ros": {*CORE, *EDGES},
     "tools": {
@@ -49,6 +52,9 @@ MAY_IMPORT: dict[str, set[str]] = {
         "bags",
         "cloud_files",
         "figures",
+        "inspection",
+        "report",
+        "runs",
         "simulation",
         "evaluation",
         "ros",
@@ -81,6 +87,7 @@ EXTERNAL_ROOMS = {
     "zstandard": {"bags"},
     "pypcd4": {"cloud_files"},
     "imgviz": {"demo", "simulation"},
+    "PIL": {"report"},
     "distributed": {"evaluation"},
     "dask": {"evaluation"},
 }

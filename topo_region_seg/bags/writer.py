@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+import time
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -127,6 +128,22 @@ class BagWriter:
         self._topics[topic]["message_count"] = count + 1
         first, last = self._times or (log_time, log_time)
         self._times = min(first, log_time), max(last, log_time)
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Add a whole file beside the messages, such as a description of the recording.
+
+        Raises
+        ------
+        BagError
+            Nothing more can be written, as when the disk is full.
+        """
+        try:
+            now = time.time_ns()
+            self._writer.add_attachment(now, now, name, media_type, data)
+        except OSError as error:
+            raise BagError(
+                f"{self.path}: cannot be written ({error.strerror}); make room or choose another place"
+            ) from None
 
     def close(self) -> None:
         """Finish the recording and give it its name."""

@@ -13,6 +13,8 @@ from topo_region_seg.tools.parameters import add_parameter_arguments, params_fro
 from topo_region_seg.tools.status import ToolError
 
 if TYPE_CHECKING:
+    from topo_region_seg.params import Params
+    from topo_region_seg.runs.record import RunRecord
     from topo_region_seg.tools.replay_run import Replay
 
 
@@ -57,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
             replay = Replay(reader, topic, params, output, debug=args.debug)
             with progress("segmenting", topic.count) as step:
                 replay.run(step)
+            output.describe(_record(args, replay, params))
         if args.json:
             write_whole(args.json, replay.json_text())
         _print_summary(args, replay)
@@ -65,6 +68,22 @@ def run(args: argparse.Namespace) -> int:
     if replay.rejected or reader.problems:
         return status.FAILED
     return status.TRUNCATED if reader.truncated else status.DONE
+
+
+def _record(args: argparse.Namespace, replay: Replay, params: Params) -> RunRecord:
+    """Return what the recording says of itself."""
+    from topo_region_seg.runs.record import FrameRecord, RejectedRecord, RunRecord, rounded
+
+    return RunRecord(
+        source=str(args.bag.resolve()),
+        topic=replay.topic.name,
+        frames=[FrameRecord(f.stamp, f.points, f.regions, rounded(f.ms)) for f in replay.frames],
+        rejected=[RejectedRecord(r.stamp, r.reason, r.detail) for r in replay.rejected],
+        truncated=replay.reader.truncated,
+        interrupted=replay.interrupted,
+        problems=list(replay.reader.problems),
+        params=params.as_dict(),
+    )
 
 
 def _check_apart(bag: Path, output: Path | None) -> None:

@@ -14,6 +14,7 @@ from topo_region_seg.bags.records import Record
 from topo_region_seg.bags.types import bag_types
 from topo_region_seg.bags.writer import BagWriter
 from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
 from topo_region_seg.tools.status import ToolError
 
 ALWAYS = {"/labeled_points": POINT_CLOUD, "/region_count": "std_msgs/msg/UInt32"}
@@ -66,6 +67,11 @@ class ReplayOutput:
             self._writer.write(self._input_topic, record.log_time, cdr(record))
         for topic, result in results.items():
             self._writer.write(topic, record.log_time, result)
+
+    def describe(self, record: RunRecord) -> None:
+        """Add how the results came about."""
+        if self._writer:
+            self._writer.attach(RECORD_NAME, MEDIA_TYPE, record.to_json().encode())
 
     def __enter__(self) -> ReplayOutput:
         return self

@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a replay writes into its recording about itself, so that the recording alone explains its results."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from datetime import datetime, timezone
+from typing import Any
+
+import topo_region_seg
+
+RECORD_NAME = "topo_region_seg/run"
+"""Name of the MCAP attachment."""
+MEDIA_TYPE = "application/json"
+FORMAT = 1
+"""Raised when an older program could no longer read what is written."""
+_PACKAGES = ("numpy", "scipy", "numba")
+
+
+@dataclass(frozen=True)
+class FrameRecord:
+    """One segmented cloud: `stamp` in seconds, milliseconds per stage with `total`."""
+
+    stamp: float
+    points: int
+    regions: int
+    ms: dict[str, float]
+
+
+@dataclass(frozen=True)
+class RejectedRecord:
+    """One cloud that could not be segmented: `stamp` in seconds, the code of the reason, and the reason in words."""
+
+    stamp: float
+    reason: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """How a run came about: frames in the order in which they were written.
+
+    Parameters
+    ----------
+    source, topic : str
+        Path of the recording that was read, absolute, and the topic of its clouds.
+    frames, rejected : list
+        One entry a cloud.
+    truncated, interrupted : bool
+        Whether the source was cut short, or the run ended by Ctrl-C.
+    problems : list of str
+        One line for each damaged part of the source.
+    params : dict
+        Names and values of all parameters.
+    versions : dict of str to str
+        Of this package, Python and the libraries that calculate.
+    created : str
+        When, UTC, as in ``2026-01-31T12:00:00+00:00``.
+    """
+
+    source: str
+    topic: str
+    frames: list[FrameRecord]
+    rejected: list[RejectedRecord]
+    truncated: bool
+    interrupted: bool
+    problems: list[str]
+    params: dict[str, Any]
+    versions: dict[str, str] = field(default_factory=lambda: versions())
+    created: str = field(default_factory=lambda: datetime.now(timezone.utc).isoformat(timespec="seconds"))
+
+    def to_json(self) -> str:
+        """Return the text of the attachment."""
+        return json.dumps({"format": FORMAT, **asdict(self)}, indent=1) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> RunRecord:
+        """Read the text of an attachment.
+
+        Raises
+        ------
+        ValueError
+            It is no such record, or one of a newer program; the message says which part.
+        """
+        content = json.loads(text)
+        given = _typed(content, dict, "the record")
+        number = _typed(given.get("format"), int, "format")
+        if number > FORMAT:
+            raise ValueError(f"it has format {number}, this program knows up to {FORMAT}")
+        return cls(
+            source=_typed(given.get("source"), str, "source"),
+            topic=_typed(given.get("topic"), str, "topic"),
+            frames=[_frame(entry) for entry in _typed(given.get("frames"), list, "frames")],
+            rejected=[_rejected(entry) for entry in _typed(given.get("rejected"), list, "rejected")],
+            truncated=_typed(given.get("truncated"), bool, "truncated"),
+            interrupted=_typed(given.get("interrupted"), bool, "interrupted"),
+            problems=[_typed(line, str, "problems") for line in _typed(given.get("problems"), list, "problems")],
+            params=_typed(given.get("params"), dict, "params"),
+            versions={
+                str(name): _typed(version, str, "versions")
+                for name, version in _typed(given.get("versions"), dict, "versions").items()
+            },
+            created=_typed(given.get("created"), str, "created"),
+        )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of this package, of Python and of the libraries that calculate."""
+    found = {"topo_region_seg": topo_region_seg.__version__, "python": platform.python_version()}
+    return found | {name: importlib.metadata.version(name) for name in _PACKAGES}
+
+
+def rounded(ms: Mapping[str, float]) -> dict[str, float]:
+    """Return milliseconds to the microsecond, which is what a clock in Python is good for."""
+    return {stage: round(value, 3) for stage, value in ms.items()}
+
+
+def _frame(entry: Any) -> FrameRecord:
+    given = _typed(entry, dict, "frames")
+    return FrameRecord(
+        stamp=_number(given, "stamp"),
+        points=_typed(given.get("points"), int, "points"),
+        regions=_typed(given.get("regions"), int, "regions"),
+        ms={str(stage): _number(given["ms"], stage) for stage in _typed(given.get("ms"), dict, "ms")},
+    )
+
+
+def _rejected(entry: Any) -> RejectedRecord:
+    given = _typed(entry, dict, "rejected")
+    texts = (_typed(given.get(name), str, name) for name in ("reason", "detail"))
+    return RejectedRecord(_number(given, "stamp"), *texts)
+
+
+def _number(given: Mapping[str, Any], name: str) -> float:
+    value = given.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
+        raise ValueError(f"{name} is {value!r}, no number")
+    return float(value)
+
+
+def _typed(value: Any, kind: type, name: str) -> Any:
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+        raise ValueError(f"{name} is {str(value)[:40]!r}, no {kind.__name__}")
+    return value
