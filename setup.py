@@ -62,6 +62,7 @@ setup(
             "ros-jazzy-common-interfaces==5.3.6",
         ],
         "demo": ["imgviz>=2.0"],
+        "dask": ["dask>=2024.1", "distributed>=2024.1"],  # --workers and --scheduler
         "fuzz": ["atheris>=2.3"],
         "test": [
             "pytest>=7.4",
@@ -69,6 +70,8 @@ setup(
             "hypothesis>=6.98",
             "gudhi>=3.9",
             "scikit-learn>=1.4",
+            "dask>=2024.1",
+            "distributed>=2024.1",
             "plyfile>=1.0",  # an independent reader for the tests
             "colcon-common-extensions>=0.3",
         ],

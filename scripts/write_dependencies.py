@@ -31,6 +31,7 @@ PURPOSES = {
     "": "the tools",
     "ros": "the node without a ROS installation",
     "demo": "`make demo`",
+    "dask": "`evaluate` and `sweep` on many cores or machines",
     "bench": "`make bench`",
     "fuzz": "`make fuzz`",
     "test": "`make test`",

@@ -45,43 +45,65 @@ def in_this_process(tasks: Sequence[Task], step: Step, stopped: Stopped) -> Iter
         yield place, evaluate(task, step, stopped)
 
 
-def run_jobs(jobs: Sequence[Job], runner: Runner, step: Step, stopped: Stopped) -> Iterator[Done]:
-    """Do all jobs; yields the result of each as soon as its last part is there.
+class Plan:
+    """The tasks that jobs are made of.
 
     Parameters
     ----------
     jobs : sequence of Job
-        What to do; the results do not depend on their order, nor on the runner.
-    runner : callable
-        Who does it.
-    step : callable
-        Called for every cloud that is done.
-    stopped : callable
-        Once it says true, what is done is yielded, and nothing more is begun.
+        What to do; the results do not depend on their order.
+
+    Attributes
+    ----------
+    clouds : int
+        Number of clouds in all jobs.
+    failed : list of Done
+        The jobs whose recording cannot be opened or has no such clouds.
     """
-    tasks: list[Task] = []
-    owner: list[int] = []
-    parts: dict[int, list[BagResult | None]] = {}
-    planned: dict[Source, list[Task]] = {}
-    for place, job in enumerate(jobs):
-        try:
-            if job.source not in planned:
-                planned[job.source] = tasks_of(job.source, job.params)
-        except BagError as error:
-            yield Done(place, BagResult(job.source.bag, error=str(error)))
-            continue
-        own = [dataclasses.replace(task, params=job.params) for task in planned[job.source]]
-        parts[place] = [None] * len(own)
-        tasks += own
-        owner += [place] * len(own)
-    first = {place: owner.index(place) for place in parts}
-    for number, result in runner(tasks, step, stopped):
-        place = owner[number]
-        parts[place][number - first[place]] = result
-        whole = [part for part in parts[place] if part is not None]
-        if len(whole) == len(parts[place]) and not stopped():
-            del parts[place]
-            yield Done(place, merged(whole))
-    for place, some in parts.items():
-        if any(some):
-            yield Done(place, merged([part for part in some if part is not None]), complete=False)
+
+    def __init__(self, jobs: Sequence[Job]) -> None:
+        self.failed: list[Done] = []
+        self._tasks: list[Task] = []
+        self._owner: list[tuple[int, int]] = []  # job and part of each task
+        self._parts: dict[int, list[BagResult | None]] = {}
+        known: dict[Source, list[Task] | str] = {}
+        for place, job in enumerate(jobs):
+            found = known.get(job.source) or known.setdefault(job.source, _tasks_or_error(job))
+            if isinstance(found, str):
+                self.failed.append(Done(place, BagResult(job.source.bag, error=found)))
+                continue
+            self._tasks += [dataclasses.replace(task, params=job.params) for task in found]
+            self._owner += [(place, part) for part in range(len(found))]
+            self._parts[place] = [None] * len(found)
+        self.clouds = sum(task.clouds for task in self._tasks)
+
+    def run(self, runner: Runner, step: Step, stopped: Stopped) -> Iterator[Done]:
+        """Do all that can be done; yields the result of each job as soon as its last part is there.
+
+        Parameters
+        ----------
+        runner : callable
+            Who does it; the results do not depend on that.
+        step : callable
+            Called for every cloud that is done.
+        stopped : callable
+            Once it says true, what is done is yielded, and nothing more is begun.
+        """
+        parts = self._parts
+        for number, result in runner(self._tasks, step, stopped):
+            place, part = self._owner[number]
+            parts[place][part] = result
+            found = [part for part in parts[place] if part is not None]
+            if len(found) == len(parts[place]) and not stopped():
+                del parts[place]
+                yield Done(place, merged(found))
+        for place, some in parts.items():
+            if any(some):
+                yield Done(place, merged([part for part in some if part is not None]), complete=False)
+
+
+def _tasks_or_error(job: Job) -> list[Task] | str:
+    try:
+        return tasks_of(job.source, job.params)
+    except BagError as error:
+        return str(error)

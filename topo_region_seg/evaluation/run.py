@@ -7,7 +7,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import lru_cache
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from topo_region_seg.evaluation.labels import labels_of
 from topo_region_seg.evaluation.measures import measure
 from topo_region_seg.evaluation.results import BagResult, FrameResult, Rejected
 from topo_region_seg.evaluation.source import Source, Task
-from topo_region_seg.evaluation.truth import Truth, find_truth, stamp_of
+from topo_region_seg.evaluation.truth import Truth, find_truth, seconds, stamp_of
 from topo_region_seg.evaluation.version import program_version
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
@@ -45,10 +45,12 @@ def tasks_of(source: Source, params: Params) -> list[Task]:
     with open_bag(source.path) as reader:
         count = _topic(reader, source).count
     parts = min(-(-count // FRAMES_A_TASK), MOST_TASKS)
-    bounds = [count * part // parts for part in range(parts)]
-    ends = [*bounds[1:], None]
+    bounds = [count * part // parts for part in range(parts + 1)]
     version = program_version()
-    return [Task(source, params, version, first, end) for first, end in zip(bounds, ends, strict=True)]
+    return [
+        Task(source, params, version, first, None if end == count else end, end - first)
+        for first, end in pairwise(bounds)
+    ]
 
 
 def evaluate(
@@ -88,13 +90,13 @@ def _evaluate(
     source, limit = task.source, task.params.max_points
     topic = _topic(reader, source)
     truth = find_truth(reader, source, limit)
-    result.topic, result.truth = topic.name, truth.topic
+    result.topic, result.truth = topic.name, truth.topic  # empty where there is nothing to measure
     if source.truth_bag is not None:
         result.problems += truth.problems
     if task.first == 0:
-        result.rejected += [Rejected(stamp * 1e-9, reason, text) for stamp, reason, text in truth.rejected]
+        result.rejected += [Rejected(seconds(stamp), reason, text) for stamp, reason, text in truth.rejected]
     if not source.recorded:
-        _warm_up()
+        load_kernels()
     pipeline = Pipeline(task.params)
     for record in islice(reader.messages([topic.name]), task.first, task.end):
         if stopped():
@@ -124,17 +126,17 @@ def _measure(record: Record, topic: Topic, truth: Truth, pipeline: Pipeline, rec
         valid = np.isfinite(cloud.xyz).all(axis=1)
         measures = measure(true_labels, labels, valid, cloud.height, cloud.width)
     except CloudFormatError as error:
-        result.rejected.append(Rejected(stamp * 1e-9, error.reason, error.detail))
+        result.rejected.append(Rejected(seconds(stamp), error.reason, error.detail))
     except MissingColorError as error:
-        result.rejected.append(Rejected(stamp * 1e-9, "missing_color", str(error)))
+        result.rejected.append(Rejected(seconds(stamp), "missing_color", str(error)))
     except Exception as error:  # one bad frame never ends an evaluation
         text = " ".join(f"{type(error).__name__}: {error}".split())
-        result.rejected.append(Rejected(stamp * 1e-9, "internal_error", text))
+        result.rejected.append(Rejected(seconds(stamp), "internal_error", text))
     else:
         ms = {"decode": 1e3 * (decoded - started), **stages, "total": 1e3 * (done - started)}
         regions = len(np.unique(labels[labels > 0]))
         rounded = {stage: round(value, 3) for stage, value in ms.items()}
-        result.frames.append(FrameResult(stamp * 1e-9, len(cloud), regions, measures, rounded))
+        result.frames.append(FrameResult(seconds(stamp), len(cloud), regions, measures, rounded))
 
 
 def _segmented(cloud: Cloud, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float]]:
@@ -155,6 +157,6 @@ def _topic(reader: BagReader, source: Source) -> Topic:
 
 
 @lru_cache(maxsize=1)
-def _warm_up() -> None:
-    """Load the kernels once in a process, before anything is timed."""
+def load_kernels() -> None:
+    """Load the kernels, once in a process and before anything is timed; the first time on a machine compiles them."""
     warm_up()

@@ -41,11 +41,13 @@ class Source:
 class Task:
     """Some clouds of a recording with one set of parameters: those from `first` up to but not including `end`.
 
-    `end` is None for all that follow; `version` is that of the program that wants the result.
+    `end` is None for all that follow; `clouds` is how many these should be, and `version` that of the program that
+    wants the result.
     """
 
     source: Source
     params: Params
     version: str
-    first: int = 0
-    end: int | None = None
+    first: int
+    end: int | None
+    clouds: int

@@ -95,9 +95,14 @@ def stamp_of(msg: Any) -> int:
     return int(msg.header.stamp.sec) * 10**9 + int(msg.header.stamp.nanosec)
 
 
+def seconds(stamp: int) -> float:
+    """Return nanoseconds in seconds, as the summary of a replay has them."""
+    return stamp // 10**9 + stamp % 10**9 * 1e-9
+
+
 def _in(reader: BagReader, source: Source, max_points: int) -> Truth:
     wanted = source.truth_topic or TRUTH_TOPIC
-    clouds = [topic for topic in reader.topics if topic.type == POINT_CLOUD]
+    clouds = [topic for topic in reader.topics if topic.type == POINT_CLOUD and topic.count]
     for topic in clouds:
         if topic.name.lstrip("/") == wanted.lstrip("/"):
             return RecordedTruth(reader, topic, max_points)

@@ -19,16 +19,21 @@ _FOREIGN = {row.name for row in NodeParams.table()} | {"use_sim_time", "qos_over
 """What a parameter file of the node may hold beside the parameters of the segmentation."""
 
 
-def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
+SET_ONE = "set one parameter, after --params; may be repeated"
+
+
+def add_parameter_arguments(
+    parser: argparse.ArgumentParser, metavar: str = "NAME=VALUE", set_help: str = SET_ONE
+) -> None:
     """Add `--params` and `--set`, and the table of parameters to the end of the help."""
     group = parser.add_argument_group("parameters of the segmentation")
     group.add_argument("--params", metavar="FILE", type=Path, help="YAML file, plain or as the ROS node takes it")
     group.add_argument(
         "--set",
-        metavar="NAME=VALUE",
+        metavar=metavar,
         action="append",
         default=[],
-        help="set one parameter, after --params; may be repeated",
+        help=set_help,
     )
     rows = "\n".join(f"  {row.name} = {_text(row)}: {row.spec.doc}{_note(row)}" for row in Params.table())
     parser.epilog = f"parameters and their defaults:\n{rows.replace('%', '%%')}"
@@ -44,18 +49,24 @@ def params_from(args: argparse.Namespace) -> Params:
     """
     values = read_parameter_file(args.params) if args.params else {}
     where = f"{args.params}: " if args.params else ""
-    rows = {row.name: row for row in Params.table()}
     for assignment in args.set:
-        name, equals, text = assignment.partition("=")
-        if not equals:
-            raise ToolError(f"--set {assignment}: no '='; write --set NAME=VALUE")
-        if name not in rows:
-            raise ToolError(f"--set {name}: unknown parameter{_guess(name)}")
-        values[name] = _value(rows[name], text)
+        row, text = split_assignment(assignment)
+        values[row.name] = read_value(row, text)
     try:
         return Params.from_mapping(values)
     except ParameterError as error:
         raise ParameterError(f"{where}{error}") from None
+
+
+def split_assignment(assignment: str) -> tuple[Row, str]:
+    """Return the parameter and the text of a ``NAME=VALUE``; :class:`ToolError` if it is none."""
+    name, equals, text = assignment.partition("=")
+    if not equals:
+        raise ToolError(f"--set {assignment}: no '='; write --set NAME=VALUE")
+    for row in Params.table():
+        if row.name == name:
+            return row, text
+    raise ToolError(f"--set {name}: unknown parameter{_guess(name)}")
 
 
 def read_parameter_file(path: Path) -> dict[str, Any]:
@@ -89,7 +100,7 @@ def _is_ros_section(value: Any) -> bool:
     return isinstance(value, dict) and "ros__parameters" in value
 
 
-def _value(row: Row, text: str) -> Any:
+def read_value(row: Row, text: str) -> Any:
     """Read a value as the type of its row; what cannot be read is left to the table, which says why."""
     text = text.strip()
     if row.type is str:
