@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from topo_region_seg.bags.mcap_file import McapFile
-from topo_region_seg.bags.records import BagError, BagReader, Record, merge_topics
+from topo_region_seg.bags.records import BagError, BagReader, Record, Storage, merge_topics
 from topo_region_seg.bags.rosbags_file import open_ros2
 
 REINDEX = "run 'ros2 bag reindex {path}' to make it anew"
@@ -58,6 +58,13 @@ class McapFolder(BagReader):
         """Iterate over the messages of some topics, file by file."""
         for file in self._files:
             yield from file.messages(topics)
+
+    def storage(self) -> Storage:
+        """Return how the recording is stored."""
+        parts = [file.storage() for file in self._files]
+        times = [time for part in parts for time in part.times or ()]
+        compression = dict.fromkeys(name for part in parts for name in part.compression)
+        return Storage("mcap", len(parts), tuple(compression), (min(times), max(times)) if times else None)
 
     def close(self) -> None:
         """Close the files."""

@@ -19,7 +19,7 @@ from mcap.records import Channel, Schema
 from topo_region_seg.bags import chunks
 from topo_region_seg.bags.chunks import ChunkError
 from topo_region_seg.bags.mcap_summary import MAGIC, Summary, read_summary
-from topo_region_seg.bags.records import BagError, BagReader, Record, Topic, merge_topics, ros2_name
+from topo_region_seg.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics, ros2_name
 
 LOOSE = -1
 """Stands for the offset in a chunk of messages that lie in the file directly."""
@@ -41,6 +41,7 @@ class McapFile(BagReader):
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self._scanned: list[Entry] = []
+        self._compressions: set[str] = set()
         self._chunks: OrderedDict[int, bytes] = OrderedDict()
         self._summary: Summary | None = None
         try:
@@ -64,6 +65,7 @@ class McapFile(BagReader):
         self._summary = read_summary(self._file, size)
         if self._summary is not None:
             self._schemas, self._channels = self._summary.schemas, self._summary.channels
+            self._compressions = {chunk.compression for chunk in self._summary.chunks}
             counts = self._summary.counts
         else:
             self.truncated = not self._scan(size)
@@ -71,6 +73,13 @@ class McapFile(BagReader):
         self.topics = merge_topics(
             [self._topic(channel, counts.get(channel.id, 0)) for channel in self._channels.values()]
         )
+
+    def storage(self) -> Storage:
+        """Return how the recording is stored."""
+        times = self._summary.times if self._summary else None
+        if self._scanned:
+            times = min(entry[0] for entry in self._scanned), max(entry[0] for entry in self._scanned)
+        return Storage("mcap", 1, tuple(f"{name} chunks" for name in sorted(self._compressions) if name), times)
 
     def close(self) -> None:
         """Close the file."""
@@ -146,7 +155,9 @@ class McapFile(BagReader):
 
     def _visit(self, position: int, opcode: int, length: int, cut: bool) -> None:
         if opcode == chunks.CHUNK:
-            data = chunks.decompress(self._file.read(length), partial=cut)
+            content = self._file.read(length)
+            data = chunks.decompress(content, partial=cut)
+            self._compressions.add(chunks.parse_head(content).compression)
             self._keep(position, data)
             self._scanned += self._inside(position, data)
         elif opcode in (chunks.SCHEMA, chunks.CHANNEL):

@@ -21,12 +21,13 @@ MAX_SUMMARY_BYTES = 2**30
 
 @dataclass
 class Summary:
-    """What the summary says; `counts` are messages per channel id."""
+    """What the summary says; `counts` are messages per channel id, `times` the first and last log time in ns."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
     chunks: list[ChunkIndex] = field(default_factory=list)
     counts: dict[int, int] = field(default_factory=dict)
+    times: tuple[int, int] | None = None
 
 
 def read_summary(file: BinaryIO, size: int) -> Summary | None:
@@ -73,4 +74,6 @@ def _parse(content: bytes) -> Summary | None:
     if statistics.message_count and not (summary.chunks and summary.channels):
         return None
     summary.counts = dict(statistics.channel_message_counts)
+    if statistics.message_count:
+        summary.times = statistics.message_start_time, statistics.message_end_time
     return summary

@@ -35,6 +35,28 @@ class Record:
     encoding: str = "cdr"
 
 
+@dataclass(frozen=True)
+class Storage:
+    """How a recording is stored.
+
+    Parameters
+    ----------
+    kind : str
+        "mcap", "sqlite3" or "ROS 1 bag".
+    files : int
+        Number of files.
+    compression : tuple of str
+        Kinds of compression in it, such as "zstd chunks"; empty for none.
+    times : (int, int) or None
+        First and last log time, nanoseconds; None without messages.
+    """
+
+    kind: str
+    files: int
+    compression: tuple[str, ...]
+    times: tuple[int, int] | None
+
+
 class BagReader:
     """A recording, open for reading.
 
@@ -60,6 +82,10 @@ class BagReader:
 
     def messages(self, topics: Collection[str]) -> Iterator[Record]:
         """Iterate over the messages of some topics."""
+        raise NotImplementedError
+
+    def storage(self) -> Storage:
+        """Return how the recording is stored."""
         raise NotImplementedError
 
     def close(self) -> None:

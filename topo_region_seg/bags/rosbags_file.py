@@ -12,7 +12,7 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
-from topo_region_seg.bags.records import BagError, BagReader, Record, Topic, merge_topics
+from topo_region_seg.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
 
 
 class RosbagsFile(BagReader):
@@ -55,6 +55,18 @@ class RosbagsFile(BagReader):
                 self.problems.append(f"{self.path}: {_one_line(error)}; the rest of the recording is left out")
                 return
             yield Record(connection.topic, connection.msgtype, log_time, bytes(data), "ros1" if self._ros1 else "cdr")
+
+    def storage(self) -> Storage:
+        """Return how the recording is stored."""
+        reader = self._reader
+        times = (reader.start_time, reader.end_time - 1) if reader.message_count else None
+        if self._ros1:
+            return Storage("ROS 1 bag", 1, (), times)
+        mode, packed = reader.compression_mode, reader.compression_format
+        compression = (f"{packed} {mode}s",) if mode else ()
+        parts = getattr(reader.storage, "storages", [reader.storage])
+        kind = "mcap" if type(parts[0]).__name__ == "McapReader" else "sqlite3"
+        return Storage(kind, len(parts), compression, times)
 
     def close(self) -> None:
         """Close the files."""

@@ -18,6 +18,7 @@ from topo_region_seg.tools import status
 from topo_region_seg.tools.status import ToolError
 
 COMMANDS = {
+    "inspect": "look at a recording: topics, layouts, spacing and noise, and the parameters that suit it",
     "segment": "segment one cloud file (.pcd, .ply) and print its regions",
     "replay": "segment every cloud of a recording, none dropped, and write the result",
     "play": "publish the recorded clouds in ROS, as a camera would",
