@@ -14,11 +14,10 @@ NAMES = ("wov", "fos", "fus", "ari", "boundary_recall", "boundary_precision", "a
 
 def measures(truth: np.ndarray, labels: np.ndarray, valid: np.ndarray, height: int, width: int) -> dict:
     found = dict.fromkeys(NAMES)
-    points = np.flatnonzero(valid)
-    if len(points):
-        found["labelled"] = len([i for i in points if labels[i]]) / len(points)
-    segments = {g: {i for i in points if truth[i] == g} for g in set(truth[points].tolist()) if g >= 20}
-    regions = {s: {i for i in points if labels[i] == s} for s in set(labels[points].tolist()) if s}
+    points = np.flatnonzero(valid).tolist()
+    segments, regions = sets(truth, points, 20), sets(labels, points, 1)
+    if points:
+        found["labelled"] = sum(map(len, regions.values())) / len(points)
     if not segments:
         return found
     total = sum(map(len, segments.values()))
@@ -42,14 +41,23 @@ def measures(truth: np.ndarray, labels: np.ndarray, valid: np.ndarray, height: i
     return found
 
 
+def sets(labels: np.ndarray, points: list[int], first: int) -> dict[int, set[int]]:
+    found: dict[int, set[int]] = {}
+    names = labels.tolist()
+    for i in points:
+        if names[i] >= first:
+            found.setdefault(names[i], set()).add(i)
+    return found
+
+
 def edge(labels: np.ndarray, valid: np.ndarray, height: int, width: int) -> set[tuple[int, int]]:
-    labels, valid = labels.reshape(height, width).tolist(), valid.reshape(height, width).tolist()
+    names, known = labels.reshape(height, width).tolist(), valid.reshape(height, width).tolist()
     found = set()
     for row, column in product(range(height), range(width)):
-        for r, c in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
-            inside = 0 <= r < height and 0 <= c < width and valid[row][column] and valid[r][c]
-            if inside and labels[row][column] != labels[r][c]:
-                found.add((row, column))
+        for r, c in ((row + 1, column), (row, column + 1)):
+            inside = r < height and c < width and known[row][column] and known[r][c]
+            if inside and names[row][column] != names[r][c]:
+                found |= {(row, column), (r, c)}
     return found
 
 

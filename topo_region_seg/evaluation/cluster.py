@@ -53,7 +53,7 @@ def dask_runner(workers: int | None = None, scheduler: str | None = None) -> Ite
                 threads_per_worker=1,
                 processes=True,
                 memory_limit=0,
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 silence_logs=logging.CRITICAL,
             )
             scheduler = stack.enter_context(local).scheduler_address
