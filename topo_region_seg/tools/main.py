@@ -21,6 +21,8 @@ COMMANDS = {
     "inspect": "look at a recording: topics, layouts, spacing and noise, and the parameters that suit it",
     "segment": "segment one cloud file (.pcd, .ply) and print its regions",
     "replay": "segment every cloud of a recording, none dropped, and write the result",
+    "evaluate": "measure how well the regions of recorded clouds fit known objects",
+    "sweep": "try every combination of parameter values on recordings, and show the best",
     "play": "publish the recorded clouds in ROS, as a camera would",
 }
 """Every subcommand is the module of its name, with `add_arguments(parser)` and `run(args)`, which gives the status."""
