@@ -43,7 +43,8 @@ class MessageTypes:
 def pack_rgb(rgb: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
     """Pack (N, 3) 8-bit colors as PCL does: the bits of 0x00RRGGBB in a float32, shape (N,)."""
     packed = np.zeros((len(rgb), 4), np.uint8)
-    packed[:, :3] = rgb[:, ::-1]
+    for channel in range(3):  # columns one by one: several times faster than all in one assignment
+        packed[:, channel] = rgb[:, 2 - channel]
     return packed.view("<f4")[:, 0]
 
 

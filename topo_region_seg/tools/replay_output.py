@@ -36,16 +36,20 @@ class ReplayOutput:
         Also what the node publishes only on request.
     input_topic : str or None
         Also the recorded clouds, on this topic.
+    compression : str
+        Of the chunks; lz4 keeps up with the segmentation on two cores, zstd does not.
     """
 
-    def __init__(self, path: Path | None, *, everything: bool, input_topic: str | None) -> None:
+    def __init__(
+        self, path: Path | None, *, everything: bool, input_topic: str | None, compression: str = "lz4"
+    ) -> None:
         self._everything = everything
         self._input_topic = input_topic
         self._types = bag_types()
         topics = {**ALWAYS, **(ON_REQUEST if everything else {})}
         if input_topic in topics:
             raise ToolError(f"--with-input: the recorded topic {input_topic} is one of the results; leave it out")
-        self._writer = BagWriter(path) if path else None
+        self._writer = BagWriter(path, compression=compression) if path else None
         if self._writer:
             for name, kind in ({input_topic: POINT_CLOUD} if input_topic else {}).items() | topics.items():
                 self._writer.add_topic(name, kind)
