@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from topo_region_seg.cloud_files import write_labeled_cloud
@@ -23,10 +24,17 @@ README = ROOT / "README.md"
 CONFIG = ROOT / "config" / "region_segmentation.yaml"
 ROWS = 8
 """Rows shown of a table of regions."""
-COMMANDS = (
-    "segment tabletop.pcd --output labeled.ply --barcode barcode.png",
-    "replay tabletop_sim -o labeled.mcap --json summary.json",
-)
+COMMANDS = {
+    "output": (
+        "segment tabletop.pcd --output labeled.ply --barcode barcode.png",
+        "replay tabletop_sim -o labeled.mcap --json summary.json",
+    ),
+    "evaluation": (
+        "evaluate tabletop_sim --json quality.json",
+        "sweep tabletop_sim --set max_radius=0.01,0.02 --set angle_threshold=3,5,8 -o sweep",
+    ),
+}
+"""What is run for each part of README.md that shows output."""
 
 
 def with_part(readme: str, part: str, text: str) -> str:
@@ -44,19 +52,20 @@ def with_parameters(readme: str) -> str:
     return with_part(readme, "parameters", markdown_table())
 
 
-def tool_output() -> str:
-    """Run the tools as a user would and return what a terminal shows, long tables cut short."""
+def tool_output(commands: Sequence[str]) -> str:
+    """Run commands as a user would and return what a terminal shows, long tables cut short."""
     shown = ["```console"]
     with tempfile.TemporaryDirectory() as folder:
         frame = simulate(tabletop(seed=1), Camera.kinect(320, 240), seed=1)
         write_labeled_cloud(Path(folder, "tabletop.pcd"), frame.cloud, frame.labels)
         shutil.copytree(ROOT / "bags" / "tabletop_sim", Path(folder, "tabletop_sim"))
-        for command in COMMANDS:
+        for command in commands:
             result = subprocess.run(
                 [sys.executable, "-m", "topo_region_seg", *command.split()],
                 cwd=folder,
-                env={**os.environ, "COLUMNS": "100", "PYTHONPATH": str(ROOT)},
-                capture_output=True,
+                env={**os.environ, "COLUMNS": "100", "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": folder},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
                 text=True,
                 check=True,
             )
@@ -72,7 +81,9 @@ def tool_output() -> str:
 def main() -> int:
     """Write both files."""
     readme = with_parameters(README.read_text(encoding="utf-8"))
-    README.write_text(with_part(readme, "output", tool_output()), encoding="utf-8")
+    for part, commands in COMMANDS.items():
+        readme = with_part(readme, part, tool_output(commands))
+    README.write_text(readme, encoding="utf-8")
     CONFIG.write_text(yaml_text(), encoding="utf-8")
     return 0
 

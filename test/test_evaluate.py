@@ -273,3 +273,12 @@ def test_without_dask_the_option_says_what_to_install(monkeypatch, capsys) -> No
     run(SIMULATED, "--workers", "2", status=2)
     err = capsys.readouterr().err
     assert err.count("\n") == 1 and "pip install '.[dask]'" in err
+
+
+def test_the_example_in_the_readme_is_what_is_found(tmp_path) -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = text.partition("<!-- evaluation:")[2].partition("<!-- end of evaluation -->")[0]
+    (line,) = [line for line in shown.splitlines() if line.startswith(" mean over frames")]
+    found = evaluated(tmp_path, SIMULATED)
+    values = [f"{found['mean'][name]:.3f}" for name in MEASURES]
+    assert line.split()[3:-1] == ["6", "0", "0", *values], "run: make docs"

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an evaluation found: per frame, per recording, and means over frames."""
+"""What an evaluation found: per frame, per recording, and over all frames."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from statistics import median
 from typing import Any
 
 from topo_region_seg.evaluation.measures import MEASURES, Measures
@@ -112,7 +113,7 @@ def mean_measures(frames: Iterable[FrameResult]) -> Measures:
     return means
 
 
-def mean_ms(frames: Iterable[FrameResult]) -> float | None:
-    """Return the mean time of a frame, milliseconds; None without frames."""
+def median_ms(frames: Iterable[FrameResult]) -> float | None:
+    """Return the median time of a frame, milliseconds, as a pause of the machine says nothing; None without frames."""
     times = [frame.ms["total"] for frame in frames]
-    return sum(times) / len(times) if times else None
+    return median(times) if times else None

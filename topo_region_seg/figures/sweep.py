@@ -26,7 +26,7 @@ def plot_sweep(times: Sequence[float], overlaps: Sequence[float], names: Sequenc
     Parameters
     ----------
     times, overlaps : sequence of float
-        Milliseconds per frame and weighted overlap, in the order of the table: the best first.
+        Median milliseconds per frame and mean weighted overlap, in the order of the table: the best first.
     names : sequence of str
         The parameters in words.
     path : str or Path
@@ -46,8 +46,8 @@ def plot_sweep(times: Sequence[float], overlaps: Sequence[float], names: Sequenc
         ax.annotate(str(i + 1), (times[i], overlaps[i]), (6, 5), textcoords="offset points", fontsize=9)
     ax.margins(0.12)
     ax.grid(alpha=0.25)
-    ax.set_xlabel("time per frame (ms)")
-    ax.set_ylabel("weighted overlap (WOv)")
+    ax.set_xlabel("median time per frame (ms)")
+    ax.set_ylabel("mean weighted overlap (WOv)")
     ax.set_title(f"{len(times)} sets of parameters", fontsize=11)
     ax.legend(loc="best", fontsize=9)
     lines = [f"{i + 1:>3}  {name}" for i, name in enumerate(names[:_LISTED])]

@@ -10,7 +10,7 @@ import json
 from collections.abc import Sequence
 
 from topo_region_seg.evaluation.measures import MEASURES
-from topo_region_seg.evaluation.results import BagResult, mean_measures, mean_ms
+from topo_region_seg.evaluation.results import BagResult, mean_measures, median_ms
 from topo_region_seg.evaluation.version import program_version
 from topo_region_seg.params import Params
 
@@ -20,7 +20,7 @@ def json_text(results: Sequence[BagResult], params: Params) -> str:
     frames = [frame for result in results for frame in result.frames]
     summary = {
         "mean": mean_measures(frames),
-        "ms": mean_ms(frames),
+        "ms": median_ms(frames),
         "frames": [
             {
                 "bag": result.bag,
@@ -39,7 +39,7 @@ def json_text(results: Sequence[BagResult], params: Params) -> str:
                 "topic": result.topic,
                 "truth": result.truth,
                 "mean": mean_measures(result.frames),
-                "ms": mean_ms(result.frames),
+                "ms": median_ms(result.frames),
                 "frames": len(result.frames),
                 "without_truth": result.without_truth,
                 "rejected": len(result.rejected),

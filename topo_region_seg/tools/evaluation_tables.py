@@ -12,7 +12,7 @@ from rich import box
 from rich.table import Table
 
 from topo_region_seg.evaluation.measures import MEASURES, Measures
-from topo_region_seg.evaluation.results import BagResult, mean_measures, mean_ms
+from topo_region_seg.evaluation.results import BagResult, mean_measures, median_ms
 
 HEADS = {
     "wov": "WOv",
@@ -86,7 +86,7 @@ def short_names(bags: Sequence[str]) -> dict[str, str]:
 def _summary(results: Sequence[BagResult]) -> list[str]:
     frames = [frame for result in results for frame in result.frames]
     counts = (len(frames), sum(r.without_truth for r in results), sum(len(r.rejected) for r in results))
-    return [*map(str, counts), *measure_cells(mean_measures(frames)), _ms(mean_ms(frames))]
+    return [*map(str, counts), *measure_cells(mean_measures(frames)), _ms(median_ms(frames))]
 
 
 def _table(title: str | None) -> Table:

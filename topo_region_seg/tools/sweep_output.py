@@ -13,7 +13,7 @@ from rich import box
 from rich.table import Table
 
 from topo_region_seg.evaluation.measures import MEASURES
-from topo_region_seg.evaluation.results import BagResult, mean_measures, mean_ms
+from topo_region_seg.evaluation.results import BagResult, mean_measures, median_ms
 from topo_region_seg.evaluation.version import program_version
 from topo_region_seg.tools.evaluation_tables import HEADS, measure_cells
 from topo_region_seg.tools.parameter_grid import Combination
@@ -22,7 +22,7 @@ MOST_ROWS = 40
 
 
 class Outcome:
-    """A combination with its results over all recordings, and their means over frames."""
+    """A combination with its results over all recordings, their mean quality and median time."""
 
     def __init__(self, combination: Combination, results: Sequence[BagResult]) -> None:
         frames = [frame for result in results for frame in result.frames]
@@ -30,7 +30,7 @@ class Outcome:
         self.results = list(results)
         self.frames = len(frames)
         self.mean = mean_measures(frames)
-        self.ms = mean_ms(frames)
+        self.ms = median_ms(frames)
 
     @property
     def order(self) -> tuple[float, float, float]:
@@ -88,7 +88,7 @@ def json_text(outcomes: Sequence[Outcome], *, cached: int, computed: int) -> str
                     {
                         "bag": result.bag,
                         "mean": mean_measures(result.frames),
-                        "ms": mean_ms(result.frames),
+                        "ms": median_ms(result.frames),
                         "frames": len(result.frames),
                         "without_truth": result.without_truth,
                         "rejected": len(result.rejected),
