@@ -30,7 +30,7 @@ setup(
     license_files=["LICENSE"],
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed"]},
+    package_data={PACKAGE: ["py.typed", "report/assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -52,6 +52,7 @@ setup(
         "zstandard>=0.22",
         "pypcd4>=1.1",
         "matplotlib>=3.8",
+        "pillow>=10.1",
         "rich>=13",
     ],
     extras_require={
@@ -72,6 +73,7 @@ setup(
             "scikit-learn>=1.4",
             "dask>=2024.1",
             "distributed>=2024.1",
+            "playwright>=1.45",  # drives the system's chromium
             "plyfile>=1.0",  # an independent reader for the tests
             "colcon-common-extensions>=0.3",
         ],

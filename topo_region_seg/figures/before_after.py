@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.figures.projection import picture_of, valid_points
-from topo_region_seg.palette import colors
+from topo_region_seg.figures.shading import own_colors, region_colors
 
 _PANEL = (6.4, 6.4)  # largest width and height of each of the two, inches
 _HEAD = 0.38  # inches for the titles
@@ -59,17 +59,5 @@ def plot_before_after(cloud: Cloud, seg: Segmentation, path: str | Path) -> None
 
 def before_and_after(cloud: Cloud, seg: Segmentation) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
     """Return the two colors of every point, each (N, 3) uint8."""
-    before = cloud.rgb if cloud.rgb is not None else _shade_of_depth(cloud)
-    dim = (before.astype(np.float32) @ np.array([0.3, 0.59, 0.11], dtype=np.float32)) * 0.35 + 30.0
-    after = np.where(seg.labels[:, None] > 0, colors(seg.labels), dim[:, None].astype(np.uint8))
-    return before, after
-
-
-def _shade_of_depth(cloud: Cloud) -> npt.NDArray[np.uint8]:
-    """Return gray levels for a cloud without color, nearer points brighter."""
-    distance = np.linalg.norm(np.where(valid_points(cloud)[:, None], cloud.xyz, np.nan), axis=1)
-    known = distance[np.isfinite(distance)]
-    near, far = np.percentile(known, (1, 99)) if len(known) else (0.0, 1.0)
-    level = 230.0 - 170.0 * np.clip((distance - near) / max(far - near, 1e-9), 0.0, 1.0)
-    gray = np.nan_to_num(level).astype(np.uint8)
-    return np.repeat(gray[:, None], 3, axis=1)
+    before = own_colors(cloud)
+    return before, region_colors(before, seg.labels)

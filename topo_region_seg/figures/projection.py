@@ -38,6 +38,15 @@ def valid_points(cloud: Cloud) -> BoolArray:
     return valid
 
 
+def view_axes(forward: FloatArray) -> FloatArray:
+    """Return the directions right, down and forward of a view along a unit vector, as columns, (3, 3)."""
+    # Optical frames look along z with y down; in other frames z is up.
+    down_hint = np.array([0.0, 1.0, 0.0]) if abs(forward[2]) > 0.8 else np.array([0.0, 0.0, -1.0])
+    right = np.cross(down_hint, forward)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(forward, right), forward], axis=1)
+
+
 def _perspective(xyz: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return where the points are on an image plane at distance 1 (right, down) and their depth."""
     center = np.median(xyz, axis=0)
@@ -48,11 +57,7 @@ def _perspective(xyz: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     if off_axis.mean() > 0.02:
         forward = np.array([1.0, 0.0, -0.6]) / math.hypot(1.0, 0.6)
         eye = center - 2.5 * extent * forward
-    # Optical frames look along z with y down; in other frames z is up.
-    down_hint = np.array([0.0, 1.0, 0.0]) if abs(forward[2]) > 0.8 else np.array([0.0, 0.0, -1.0])
-    right = np.cross(down_hint, forward)
-    right /= np.linalg.norm(right)
-    local = (xyz - eye) @ np.stack([right, np.cross(forward, right), forward], axis=1)
+    local = (xyz - eye) @ view_axes(forward)
     depth = np.maximum(local[:, 2], 1e-3 * extent)
     return local[:, 0] / depth, local[:, 1] / depth, depth
 
