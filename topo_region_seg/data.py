@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+IndexArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 LabelArray = npt.NDArray[np.uint32]
 

@@ -67,7 +67,7 @@ class Pipeline:
             normals = estimate_normals(points.xyz, tree, params) if params.uses_normals else None
         with clock("filtration"):
             channels = homogeneity_channels(points.xyz, lab, normals, params)
-            components = filtration(channels, params)
+            components = filtration(channels, params, tree)
         with clock("small_regions"):
             region = settle_small_regions(channels, tree, components.root, points.weight, params)
         with clock("regions"):
@@ -114,7 +114,7 @@ class _Points:
             thinned = thin(xyz, rgb, voxel_size)
             self.xyz, self.rgb, self.index = thinned.xyz, thinned.rgb, rows[thinned.first]
             self._stand_in: IntArray | None = thinned.voxel
-            self.weight = np.bincount(thinned.voxel)
+            self.weight = thinned.weight
         else:
             self.xyz, self.rgb, self.index = xyz, rgb, rows
             self._stand_in = None

@@ -10,8 +10,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+index = np.uint64
+"""Makes an index unsigned: one that might be negative, and so count from the end, costs a test each time, and is not
+loaded as a vector. To be taken last, as unsigned and signed integers together become floating-point numbers."""
 
 
 def _digest_of_kernels() -> str:

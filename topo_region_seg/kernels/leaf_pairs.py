@@ -4,21 +4,34 @@
 
 Channels of a point are x, y, z, L, a, b, nx, ny, nz; a missing feature is zero in all points, a missing
 normal is NaN. Angles are compared as squared chords |n_i - n_j|^2 = 2 - 2 cos(theta).
+
+Pairs are sifted in single precision, eight at a time, by limits that are wider by what rounding may do; what
+passes is decided in double precision.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.kernels.compile import inlined, kernel
+from topo_region_seg.data import FloatArray, IndexArray
+from topo_region_seg.kernels.borrow import borrowed
+from topo_region_seg.kernels.compile import index, inlined, kernel
+from topo_region_seg.kernels.leaf_sieve import CHANNELS, FAR_SINGLE, sift_leaves
 from topo_region_seg.kernels.pair_queue import bits_of
-from topo_region_seg.kernels.tree import LEAF
+from topo_region_seg.kernels.tree import LEAF, Tree
+from topo_region_seg.kernels.vector import trailing_zeros
+from topo_region_seg.parallel import WORKERS, in_parts, side_by_side
 
-CHANNELS = 9
 FAR = np.int64(0x7FF0000000000000)  # bits of infinity
+LEAF_SHIFT = 3  # LEAF = 1 << LEAF_SHIFT
+UPPER = np.int64(sum(1 << (LEAF * i + j) for i in range(LEAF) for j in range(i + 1, LEAF)))  # pairs i < j
+ROUNDING = 2.0**-22  # of a coordinate: by this much the difference of two may be off in single precision
+WIDER = 1.0 + 2.0**-20  # by this factor the square of a length may
+TINY = 1e-37  # by this much it may, where single precision has no more digits
 
 
 class Criterion(NamedTuple):
@@ -31,18 +44,28 @@ class Criterion(NamedTuple):
     chord_high: float
 
 
+class Leaves(NamedTuple):
+    """The points of L leaves in tree order."""
+
+    points: FloatArray  # (N, 9)
+    blocks: npt.NDArray[
+        np.float32
+    ]  # (L * 9 * LEAF,) leaf after leaf, channel after channel, from the middle; padding inf
+    blur: FloatArray  # (L, 3) how far off a difference of position, color and normal may be in the blocks
+
+
 class Edges(NamedTuple):
     """Edges found at the current scale: squared lengths, and rows of the tree's order."""
 
     d2: FloatArray
-    a: IntArray
-    b: IntArray
+    a: IndexArray
+    b: IndexArray
 
 
 @kernel
 def new_edges(capacity: int) -> Edges:
     """Return room for `capacity` edges."""
-    return Edges(np.empty(capacity), np.empty(capacity, np.int64), np.empty(capacity, np.int64))
+    return Edges(np.empty(capacity), np.empty(capacity, np.int32), np.empty(capacity, np.int32))
 
 
 @kernel
@@ -56,90 +79,128 @@ def grown_edges(edges: Edges) -> Edges:
     return grown
 
 
+def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
+    """Return the points (N, 9) in the order of the tree and in blocks of single precision."""
+    n_leaves = (len(channels) + LEAF - 1) // LEAF
+    leaves = Leaves(
+        np.empty(channels.shape),
+        np.full(n_leaves * CHANNELS * LEAF, np.inf, np.float32),
+        np.empty((n_leaves, 3)),
+    )
+    # Positions from their middle, which keeps the numbers small; colors and normals have their own origin.
+    middle = np.zeros(CHANNELS)
+    if n_leaves:
+        middle[:3] = channels[:, :3].mean(axis=0)
+    side_by_side(fill_leaves, [(tree.order, channels, middle, leaves, *part) for part in in_parts(n_leaves, WORKERS)])
+    return leaves
+
+
 @kernel
+def fill_leaves(
+    order: IndexArray, channels: FloatArray, middle: FloatArray, leaves: Leaves, first_leaf: int, end_leaf: int
+) -> None:
+    """Fill some of the leaves with their points, taking `middle` (9,) off in the blocks."""
+    order, channels, leaves = borrowed(order), borrowed(channels), borrowed(leaves)
+    for leaf in range(first_leaf, end_leaf):
+        start = leaf * LEAF
+        for three in range(3):
+            largest = 0.0
+            for c in range(3 * three, 3 * three + 3):
+                block = (leaf * CHANNELS + c) * LEAF
+                for row in range(start, min(start + LEAF, len(order))):
+                    value = channels[index(order[index(row)]), index(c)]
+                    leaves.points[index(row), index(c)] = value
+                    value -= middle[c]
+                    leaves.blocks[index(block + row - start)] = value
+                    # A missing normal stays out of it.
+                    largest = abs(value) if abs(value) > largest else largest
+            leaves.blur[leaf, three] = largest * ROUNDING
+
+
+@inlined
 def meet_leaves(  # type: ignore[no-untyped-def]
-    blocks, roots, limits, start_a, start_b, end, shortest_only, edges, n_edges
+    leaves, roots, limits, start_a, start_b, end, shortest_only, edges, n_edges
 ):
     """Collect the edges between the leaves at two starting rows, or within one, that are shorter than `end` (bits).
 
-    Returns the number of edges and the bits of the smallest squared distance left for later (`FAR` = none).
+    Returns the number of edges and the bits of a lower bound of the squared distances left for later (`FAR` = none).
     Between two leaves that are one component each only the shortest edge counts.
     """
     first = n_edges
     later = FAR
-    for i in range(LEAF):
-        hits, beyond = meet_point(blocks, roots, limits, start_a, start_b, i, end)
-        later = min(later, beyond)
-        while hits:
-            j = trailing_zeros(hits)
-            hits &= hits - 1
-            d2 = squared_distance(blocks, start_a * CHANNELS + i, start_b * CHANNELS + j)
-            if shortest_only and n_edges > first:
-                if d2 < edges.d2[first]:
-                    edges.d2[first], edges.a[first], edges.b[first] = d2, start_a + i, start_b + j
-            else:
-                edges.d2[n_edges], edges.a[n_edges], edges.b[n_edges] = d2, start_a + i, start_b + j
-                n_edges += 1
+    blur = blur_of_pair(leaves.blur, start_a // LEAF, start_b // LEAF)
+    hits, beyond = sift_leaves(
+        leaves.blocks,
+        roots,
+        start_a,
+        start_b,
+        (
+            widened(limits.reach, blur[0]),
+            narrowed(limits.color_low, blur[1]),
+            widened(limits.color_high, blur[1]),
+            narrowed(limits.chord_low, blur[2]),
+            widened(limits.chord_high, blur[2]),
+            widened(np.int64(end).view(np.float64), blur[0]),
+        ),
+    )
+    if start_a == start_b:
+        hits &= UPPER
+    while hits:
+        place = trailing_zeros(hits)
+        hits &= hits - 1
+        a, b = start_a + (place >> LEAF_SHIFT), start_b + (place & (LEAF - 1))
+        d2 = edge_length(leaves.points, limits, a, b)
+        if d2 < 0.0:
+            continue
+        if bits_of(d2) >= end:
+            later = min(later, bits_of(d2))
+        elif shortest_only and n_edges > first:
+            if d2 < edges.d2[first]:
+                edges.d2[first], edges.a[first], edges.b[first] = d2, a, b
+        else:
+            edge = index(n_edges)
+            edges.d2[edge], edges.a[edge], edges.b[edge] = d2, a, b
+            n_edges += 1
     if shortest_only and n_edges > first:
-        later = FAR
+        return n_edges, FAR
+    if beyond < FAR_SINGLE:
+        square = np.float64(np.int32(beyond).view(np.float32))
+        later = min(later, max(end, bits_of(narrowed(square, blur[0]))))
     return n_edges, later
 
 
 @inlined
-def meet_point(blocks, roots, limits, start_a, start_b, i, end):  # type: ignore[no-untyped-def]
-    """Meet point i of one leaf with all of another: written without branches, so that it becomes vector code.
-
-    Returns a bit for each point that an edge shorter than `end` leads to, and the bits of the smallest squared
-    distance of the edges that are not shorter. Edges within a component do not count, nor do those of a
-    leaf with itself that lead back (i >= j).
-    """
-    p, q = start_a * CHANNELS + i, start_b * CHANNELS
-    x, y, z = blocks[at(p, 0)], blocks[at(p, 1)], blocks[at(p, 2)]
-    light, a, b = blocks[at(p, 3)], blocks[at(p, 4)], blocks[at(p, 5)]
-    u, v, w = blocks[at(p, 6)], blocks[at(p, 7)], blocks[at(p, 8)]
-    component = roots[start_a + i]
-    back = i if start_a == start_b else -1
-    hits, beyond = np.int64(0), FAR
-    for j in range(LEAF):
-        dx, dy, dz = blocks[at(q + j, 0)] - x, blocks[at(q + j, 1)] - y, blocks[at(q + j, 2)] - z
-        dl, da, db = blocks[at(q + j, 3)] - light, blocks[at(q + j, 4)] - a, blocks[at(q + j, 5)] - b
-        du, dv, dw = blocks[at(q + j, 6)] - u, blocks[at(q + j, 7)] - v, blocks[at(q + j, 8)] - w
-        d2 = dx * dx + dy * dy + dz * dz
-        color = dl * dl + da * da + db * db
-        chord = du * du + dv * dv + dw * dw
-        alike = (d2 <= limits.reach) & (color <= limits.color_high) & (color >= limits.color_low)
-        # Negated, so that the NaN of a missing normal passes.
-        aligned = not ((chord > limits.chord_high) | (chord < limits.chord_low))
-        edge = alike & aligned & (roots[np.uint64(start_b + j)] != component) & (j > back)
-        bits = bits_of(d2)
-        hits |= np.int64(edge & (bits < end)) << np.int64(j)
-        beyond = min(beyond, bits if edge & (bits >= end) else FAR)
-    return hits, beyond
+def blur_of_pair(blur, a, b):  # type: ignore[no-untyped-def]
+    """Return by how much a difference of position, color and normal of points of two leaves may be off."""
+    p, q = index(a), index(b)
+    return blur[p, 0] + blur[q, 0], blur[p, 1] + blur[q, 1], blur[p, 2] + blur[q, 2]
 
 
 @inlined
-def at(place, channel):  # type: ignore[no-untyped-def]
-    """Return the place of a channel of the point whose first one is at `place`.
-
-    Unsigned: an index that might be negative, and so count from the end, is not loaded as a vector.
-    """
-    return np.uint64(place + channel * LEAF)
+def widened(square, blur):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at most."""
+    length = math.sqrt(square) + 2.0 * blur
+    return np.float32(length * length * WIDER + TINY)
 
 
 @inlined
-def squared_distance(blocks, p, q):  # type: ignore[no-untyped-def]
-    """Return the squared distance of the points at two places in `blocks`."""
-    dx = blocks[at(q, 0)] - blocks[at(p, 0)]
-    dy = blocks[at(q, 1)] - blocks[at(p, 1)]
-    dz = blocks[at(q, 2)] - blocks[at(p, 2)]
-    return dx * dx + dy * dy + dz * dz
+def narrowed(square, blur):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at least."""
+    length = max(0.0, math.sqrt(max(0.0, square - TINY)) - 2.0 * blur)
+    return np.float32(length * length / WIDER)
 
 
 @inlined
-def trailing_zeros(bits):  # type: ignore[no-untyped-def]
-    """Return the number of the lowest bit that is set."""
-    count = 0
-    while not bits & 1:
-        bits >>= 1
-        count += 1
-    return count
+def edge_length(points, limits, a, b):  # type: ignore[no-untyped-def]
+    """Return the squared length of the edge between two points; -1 where the criterion does not hold."""
+    p, q = index(a), index(b)
+    dx, dy, dz = points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2]
+    dl, da, db = points[q, 3] - points[p, 3], points[q, 4] - points[p, 4], points[q, 5] - points[p, 5]
+    du, dv, dw = points[q, 6] - points[p, 6], points[q, 7] - points[p, 7], points[q, 8] - points[p, 8]
+    d2 = dx * dx + dy * dy + dz * dz
+    color = dl * dl + da * da + db * db
+    chord = du * du + dv * dv + dw * dw
+    alike = (d2 <= limits.reach) & (color <= limits.color_high) & (color >= limits.color_low)
+    # Negated, so that the NaN of a missing normal passes.
+    aligned = not ((chord > limits.chord_high) | (chord < limits.chord_low))
+    return d2 if alike & aligned else -1.0

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.kernels.compile import kernel
+from topo_region_seg.kernels.borrow import borrowed
+from topo_region_seg.kernels.compile import index, kernel
 from topo_region_seg.kernels.leaf_pairs import Criterion
 from topo_region_seg.kernels.nearest import comes_before, nearest_outside
 from topo_region_seg.kernels.tree import Tree
@@ -25,11 +26,12 @@ def count_off(root: IntArray, weight: IntArray) -> tuple[IntArray, IntArray]:
     size = np.zeros(len(root), np.int64)
     count = 0
     for i in range(len(root)):
-        if number[root[i]] < 0:
-            number[root[i]] = count
+        r = index(root[i])
+        if number[r] < 0:
+            number[r] = count
             count += 1
-        region[i] = number[root[i]]
-        size[region[i]] += weight[i]
+        region[i] = number[r]
+        size[index(number[r])] += weight[i]
     return region, size[:count].copy()
 
 
@@ -38,7 +40,7 @@ def first_points(channels: FloatArray, region: IntArray, n_regions: int) -> IntA
     """Return for each region the point that comes first in the order of its channels (x, y, z, then features)."""
     first = np.full(n_regions, -1)
     for point in range(len(region)):
-        r = region[point]
+        r = index(region[point])
         if first[r] < 0 or comes_before(channels, point, first[r]):
             first[r] = point
     return first
@@ -63,6 +65,7 @@ def merge_small_regions(
     `n_nearest` points of other regions nearest to the representative, the one with the smallest normalized
     difference of color and normal is chosen.
     """
+    tree, channels, region = borrowed(tree), borrowed(channels), borrowed(region)
     n_regions = len(size)
     parent = np.arange(n_regions)
     size, representative, rank = size.copy(), representative.copy(), rank.copy()
@@ -130,9 +133,9 @@ def uniform_regions(tree, region):  # type: ignore[no-untyped-def]
             if uniform[node + 1] == uniform[right]:
                 uniform[node] = uniform[right]
             continue
-        only = region[tree.order[tree.start[node]]]
+        only = region[index(tree.order[index(tree.start[node])])]
         for row in range(tree.start[node] + 1, tree.stop[node]):
-            if region[tree.order[row]] != only:
+            if region[index(tree.order[index(row)])] != only:
                 only = -1
                 break
         uniform[node] = only

@@ -49,7 +49,7 @@ def point_gap(tree, node, channels, point):  # type: ignore[no-untyped-def]
     gap = 0.0
     for c in range(3):
         value = channels[point, c]
-        outside = max(0.0, tree.boxes[node, c] - value, value - tree.boxes[node, 3 + c])
+        outside = max(0.0, tree.boxes[8 * node + c] - value, value - tree.boxes[8 * node + 4 + c])
         gap += outside * outside
     return gap * SLACK
 

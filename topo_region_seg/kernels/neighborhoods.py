@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.kernels.compile import kernel, summing
+from topo_region_seg.kernels.borrow import borrowed
+from topo_region_seg.kernels.compile import index, kernel, summing
 from topo_region_seg.kernels.nearest import nearest_outside
 from topo_region_seg.kernels.tree import LEAF, Tree, box_gap
 
@@ -17,20 +18,40 @@ CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
 
 
 @kernel
+def leaf_blocks(tree: Tree, xyz: FloatArray) -> FloatArray:
+    """Return positions (N, 3) leaf after leaf, coordinate after coordinate; padding is inf."""
+    n = len(xyz)
+    blocks = np.full((n + LEAF - 1) // LEAF * 3 * LEAF, np.inf)
+    for row in range(n):
+        leaf = row // LEAF
+        for c in range(3):
+            blocks[(leaf * 3 + c) * LEAF + row - leaf * LEAF] = xyz[index(tree.order[row]), c]
+    return blocks
+
+
+@kernel
 def radius_normals(
-    tree: Tree, radius: float, min_neighbors: int, first_node: int, end_node: int, normals: FloatArray, counts: IntArray
+    tree: Tree,
+    blocks: FloatArray,
+    radius: float,
+    min_neighbors: int,
+    first_node: int,
+    end_node: int,
+    normals: FloatArray,
+    counts: IntArray,
 ) -> None:
     """Fill `normals` (N, 3), towards the origin, and `counts` (N,) of neighbors for the leaves of some nodes.
 
     Both are by point id. The point itself counts as a neighbor; a point with fewer than `min_neighbors` of
     them keeps the normal it has.
     """
+    tree, blocks, normals, counts = borrowed(tree), borrowed(blocks), borrowed(normals), borrowed(counts)
     reach = radius * radius
     candidates = np.empty(3 * CHUNK)
     moments = np.zeros((LEAF, 10))
     stack = np.empty(128, np.int64)
     for a in range(first_node, end_node):
-        if tree.right[a]:
+        if tree.right[index(a)]:
             continue
         moments[:] = 0.0
         base = tree.start[a] * 3
@@ -40,29 +61,31 @@ def radius_normals(
         while top:
             top -= 1
             b = stack[top]
-            if box_gap(tree.boxes, a, b, 0) > reach:
+            if box_gap(tree.boxes, 3, a, b, 0) > reach:
                 continue
-            if tree.right[b]:
-                stack[top], stack[top + 1] = tree.right[b], b + 1
+            right = tree.right[index(b)]
+            if right:
+                stack[top], stack[top + 1] = right, b + 1
                 top += 2
                 continue
+            first = np.int64(tree.start[index(b)]) * 3
             for c in range(3):
                 for j in range(LEAF):
-                    candidates[c * CHUNK + gathered + j] = tree.blocks[tree.start[b] * 3 + c * LEAF + j]
+                    candidates[index(c * CHUNK + gathered + j)] = blocks[index(first + c * LEAF + j)]
             gathered += LEAF
             if gathered == CHUNK:
-                add_neighbors(tree.blocks, base, candidates, gathered, reach, moments)
+                add_neighbors(blocks, base, candidates, gathered, reach, moments)
                 gathered = 0
-        add_neighbors(tree.blocks, base, candidates, gathered, reach, moments)
+        add_neighbors(blocks, base, candidates, gathered, reach, moments)
         for i in range(tree.stop[a] - tree.start[a]):
             point = tree.order[tree.start[a] + i]
             counts[point] = int(moments[i, 0])
             if counts[point] >= min_neighbors:
                 fit_normal(
                     moments[i],
-                    tree.blocks[base + i],
-                    tree.blocks[base + LEAF + i],
-                    tree.blocks[base + 2 * LEAF + i],
+                    blocks[base + i],
+                    blocks[base + LEAF + i],
+                    blocks[base + 2 * LEAF + i],
                     normals[point],
                 )
 
@@ -78,10 +101,9 @@ def add_neighbors(blocks, base, candidates, n, reach, moments):  # type: ignore[
         count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
         sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n):
-            # Unsigned, as in `at`.
-            dx = candidates[np.uint64(j)] - x
-            dy = candidates[np.uint64(CHUNK + j)] - y
-            dz = candidates[np.uint64(2 * CHUNK + j)] - z
+            dx = candidates[index(j)] - x
+            dy = candidates[index(CHUNK + j)] - y
+            dz = candidates[index(2 * CHUNK + j)] - z
             near = dx * dx + dy * dy + dz * dz <= reach
             dx, dy, dz = dx if near else 0.0, dy if near else 0.0, dz if near else 0.0
             count += 1.0 if near else 0.0

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from topo_region_seg.data import IntArray
-from topo_region_seg.kernels.compile import inlined, kernel
+from topo_region_seg.data import IndexArray
+from topo_region_seg.kernels.compile import index, inlined, kernel
 
 BUCKET_SHIFT = 52  # a bucket is the exponent of a squared distance (float64): each reaches 1.41 times as far
 BUCKETS = 2048
@@ -20,21 +20,21 @@ SPARE = 4  # cells that opening one pair may take
 class PairQueue(NamedTuple):
     """Pairs of nodes in linked lists, one list a bucket."""
 
-    head: IntArray  # (BUCKETS + 2,) first cell of the bucket; -1 = empty
-    a: IntArray
-    b: IntArray
-    after: IntArray  # next cell of the list; -1 = end
+    head: IndexArray  # (BUCKETS + 2,) first cell of the bucket; -1 = empty
+    a: IndexArray
+    b: IndexArray
+    after: IndexArray  # next cell of the list; -1 = end
 
 
 @kernel
 def new_queue(capacity: int) -> PairQueue:
     """Return an empty queue."""
-    head = np.full(BUCKETS + 2, -1)
-    after = np.arange(1, capacity + 1)
+    head = np.full(BUCKETS + 2, -1, np.int32)
+    after = np.arange(1, capacity + 1).astype(np.int32)
     after[-1] = -1
     head[FREE] = 0
     head[SPACE] = capacity
-    return PairQueue(head, np.empty(capacity, np.int64), np.empty(capacity, np.int64), after)
+    return PairQueue(head, np.empty(capacity, np.int32), np.empty(capacity, np.int32), after)
 
 
 @kernel
@@ -56,12 +56,13 @@ def grown_queue(queue: PairQueue) -> PairQueue:
 def push(queue, a, b, bucket):  # type: ignore[no-untyped-def]
     """Put a pair in front of a bucket; the queue must have space."""
     cell = queue.head[FREE]
-    queue.head[FREE] = queue.after[cell]
+    place = index(cell)
+    queue.head[FREE] = queue.after[place]
     queue.head[SPACE] -= 1
-    queue.a[cell] = a
-    queue.b[cell] = b
-    queue.after[cell] = queue.head[bucket]
-    queue.head[bucket] = cell
+    queue.a[place] = a
+    queue.b[place] = b
+    queue.after[place] = queue.head[index(bucket)]
+    queue.head[index(bucket)] = cell
 
 
 @kernel
@@ -73,12 +74,13 @@ def put(queue: PairQueue, a: int, b: int, bucket: int) -> None:
 @inlined
 def pop(queue, bucket):  # type: ignore[no-untyped-def]
     """Take the first pair of a bucket that is not empty."""
-    cell = queue.head[bucket]
-    queue.head[bucket] = queue.after[cell]
-    queue.after[cell] = queue.head[FREE]
+    cell = queue.head[index(bucket)]
+    place = index(cell)
+    queue.head[index(bucket)] = queue.after[place]
+    queue.after[place] = queue.head[FREE]
     queue.head[FREE] = cell
     queue.head[SPACE] += 1
-    return queue.a[cell], queue.b[cell]
+    return queue.a[place], queue.b[place]
 
 
 @kernel

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.data import FloatArray, IntArray, LabelArray
-from topo_region_seg.kernels.compile import kernel
+from topo_region_seg.kernels.compile import index, kernel
 
 
 @kernel
@@ -32,7 +32,7 @@ def region_sums(
     for i in range(len(labels)):
         if labels[i] == 0:
             continue
-        r = np.int64(labels[i]) - 1
+        r = index(np.int64(labels[i]) - 1)
         size[r] += weight[i]
         for c in range(3):
             sums[r, c] += weight[i] * xyz[i, c]

@@ -14,9 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.kernels.compile import inlined, kernel
-from topo_region_seg.kernels.leaf_pairs import FAR, Criterion, Edges, meet_leaves
+from topo_region_seg.data import FloatArray, IndexArray, IntArray
+from topo_region_seg.kernels.borrow import borrowed
+from topo_region_seg.kernels.compile import index, inlined, kernel
+from topo_region_seg.kernels.leaf_pairs import FAR, Criterion, Edges, Leaves, meet_leaves
+from topo_region_seg.kernels.leaf_sieve import CHANNELS
 from topo_region_seg.kernels.pair_queue import (
     BUCKET_SHIFT,
     SPACE,
@@ -34,26 +36,27 @@ from topo_region_seg.kernels.union_find import find, unite
 class Forest(NamedTuple):
     """Components so far, by row of the tree's order; `death` is by point id."""
 
-    parent: IntArray  # (N,) union-find
-    size: IntArray  # (N,)
-    elder: IntArray  # (N,) smallest point id, valid at roots
+    parent: IndexArray  # (N,) union-find
+    size: IndexArray  # (N,)
+    elder: IndexArray  # (N,) smallest point id, valid at roots
     death: FloatArray  # (N,) scale at which the component of the point died, metres; inf = alive
-    roots: IntArray  # (N + LEAF,) component when last refreshed; padded to whole leaves
-    same: IntArray  # (K,) a row of the node, if all its rows are one component; -1 = not known to be
+    roots: IndexArray  # (N + LEAF,) component when last refreshed; padded to whole leaves
+    same: IndexArray  # (K,) a row of the node, if all its rows are one component; -1 = not known to be
 
 
 @kernel
 def new_forest(tree: Tree) -> Forest:
     """Return the forest of single points."""
     n = len(tree.order)
-    roots = np.arange(n + LEAF)
-    same = np.full(len(tree.start), -1)
-    return Forest(np.arange(n), np.ones(n, np.int64), tree.order.copy(), np.full(n, np.inf), roots, same)
+    roots = np.arange(n + LEAF).astype(np.int32)
+    same = np.full(len(tree.start), -1, np.int32)
+    return Forest(roots[:n].copy(), np.ones(n, np.int32), tree.order.copy(), np.full(n, np.inf), roots, same)
 
 
 @kernel
 def drain_bucket(
     tree: Tree,
+    leaves: Leaves,
     limits: Criterion,
     forest: Forest,
     queue: PairQueue,
@@ -69,22 +72,23 @@ def drain_bucket(
     are then looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs
     to later buckets.
     """
+    tree, leaves, forest = borrowed(tree), borrowed(leaves), borrowed(forest)
+    queue, edges = borrowed(queue), borrowed(edges)
     end = bucket_end(bucket)
     parent, same = forest.parent, forest.same
-    while queue.head[bucket] >= 0 and n_edges + LEAF * LEAF <= len(edges.d2) and queue.head[SPACE] >= SPARE:
+    while queue.head[index(bucket)] >= 0 and n_edges + LEAF * LEAF <= len(edges.d2) and queue.head[SPACE] >= SPARE:
         a, b = pop(queue, bucket)
         if first:
             for node in (a, b):
                 note_uniform(tree, parent, same, node)
         if joined(parent, same, a, b):
             continue
-        if tree.right[a] or tree.right[b]:
+        if tree.right[index(a)] or tree.right[index(b)]:
             open_pair(tree, limits, queue, parent, same, a, b, bucket, sweep)
             continue
-        shortest_only = a != b and same[a] >= 0 and same[b] >= 0
-        found, later = meet_leaves(
-            tree.blocks, forest.roots, limits, tree.start[a], tree.start[b], end, shortest_only, edges, n_edges
-        )
+        shortest_only = a != b and same[index(a)] >= 0 and same[index(b)] >= 0
+        start_a, start_b = np.int64(tree.start[index(a)]), np.int64(tree.start[index(b)])
+        found, later = meet_leaves(leaves, forest.roots, limits, start_a, start_b, end, shortest_only, edges, n_edges)
         if later < FAR and not sweep:
             push(queue, a, b, later >> BUCKET_SHIFT)
         n_edges = unite_coinciding(forest, edges, n_edges, found) if first else found
@@ -94,8 +98,10 @@ def drain_bucket(
 @kernel
 def unite_edges(forest: Forest, edges: Edges, order: IntArray) -> int:
     """Unite along edges in the given `order`, shortest first; return the number of unions."""
+    forest, edges = borrowed(forest), borrowed(edges)
     unions = 0
-    for e in order:
+    for item in order:
+        e = index(item)
         unions += unite(
             forest.parent, forest.size, forest.elder, forest.death, edges.a[e], edges.b[e], np.sqrt(edges.d2[e])
         )
@@ -118,6 +124,7 @@ def unite_coinciding(forest, edges, first, n_edges):  # type: ignore[no-untyped-
 @kernel
 def refresh_components(tree: Tree, forest: Forest) -> None:
     """Bring `roots` and `same` up to date with the unions so far."""
+    tree, forest = borrowed(tree), borrowed(forest)
     for row in range(len(forest.parent)):
         forest.roots[row] = find(forest.parent, row)
     for node in range(len(forest.same) - 1, -1, -1):
@@ -129,81 +136,81 @@ def smallest_ids(tree: Tree, forest: Forest) -> IntArray:
     """Return the smallest point id of each point's component, by point id."""
     root = np.empty(len(tree.order), np.int64)
     for row in range(len(tree.order)):
-        root[tree.order[row]] = forest.elder[find(forest.parent, row)]
+        root[index(tree.order[row])] = forest.elder[index(find(forest.parent, row))]
     return root
 
 
 @inlined
 def note_uniform(tree, parent, same, node):  # type: ignore[no-untyped-def]
     """Mark `node` if its children (of a leaf: its rows) are known to be one component."""
-    if same[node] >= 0:
+    if same[index(node)] >= 0:
         return
-    right = tree.right[node]
+    right = tree.right[index(node)]
     if right:
         if joined(parent, same, node + 1, right):
-            same[node] = same[right]
+            same[index(node)] = same[index(right)]
         return
-    first = tree.start[node]
+    first = tree.start[index(node)]
     root = find(parent, first)
-    for row in range(first + 1, tree.stop[node]):
+    for row in range(first + 1, tree.stop[index(node)]):
         if find(parent, row) != root:
             return
-    same[node] = first
+    same[index(node)] = first
 
 
 @inlined
 def joined(parent, same, a, b):  # type: ignore[no-untyped-def]
     """Whether all points of both nodes are known to be one component."""
-    return same[a] >= 0 and same[b] >= 0 and find(parent, same[a]) == find(parent, same[b])
+    row_a, row_b = same[index(a)], same[index(b)]
+    return row_a >= 0 and row_b >= 0 and find(parent, row_a) == find(parent, row_b)
 
 
 @inlined
 def open_pair(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignore[no-untyped-def]
     """Replace a pair by those of the children of both nodes that matter."""
+    right_a, right_b = tree.right[index(a)], tree.right[index(b)]
     if a == b:
         # Last in, first out: a node's own pairs come before the pair across, which then often falls away.
-        children = ((a + 1, tree.right[a]), (a + 1, a + 1), (tree.right[a], tree.right[a]), (-1, -1))
-    else:
-        left_a = a + 1 if tree.right[a] else a
-        left_b = b + 1 if tree.right[b] else b
-        right_a = tree.right[a] if tree.right[a] else -1
-        right_b = tree.right[b] if tree.right[b] else -1
-        children = ((left_a, left_b), (right_a, left_b), (left_a, right_b), (right_a, right_b))
-    for c, d in children:
-        if c < 0 or d < 0:
-            continue
-        gap = 0.0
-        if c != d:
-            if joined(parent, same, c, d):
-                continue
-            gap = box_gap(tree.boxes, c, d, 0)
-            # False for NaN, so that a pair is only dropped for a reason.
-            if (
-                gap > limits.reach
-                or box_gap(tree.boxes, c, d, 3) > limits.color_high
-                or box_gap(tree.boxes, c, d, 6) > limits.chord_high
-            ):
-                continue
-        place = max(bucket, bucket_of(gap))
-        if place == bucket or not sweep:
-            push(queue, c, d, place)
+        wait(tree, limits, queue, parent, same, a + 1, right_a, bucket, sweep)
+        push(queue, a + 1, a + 1, bucket)
+        push(queue, right_a, right_a, bucket)
+        return
+    for c in (a + 1, right_a) if right_a else (a, 0):
+        for d in (b + 1, right_b) if right_b else (b, 0):
+            if c and d:
+                wait(tree, limits, queue, parent, same, c, d, bucket, sweep)
+
+
+@inlined
+def wait(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignore[no-untyped-def]
+    """Let a pair of two nodes wait for its scale, if it matters."""
+    if joined(parent, same, a, b):
+        return
+    gap = box_gap(tree.boxes, CHANNELS, a, b, 0)
+    # False for NaN, so that a pair is only dropped for a reason.
+    if (
+        gap > limits.reach
+        or box_gap(tree.boxes, CHANNELS, a, b, 1) > limits.color_high
+        or box_gap(tree.boxes, CHANNELS, a, b, 2) > limits.chord_high
+    ):
+        return
+    place = max(bucket, bucket_of(gap))
+    if place == bucket or not sweep:
+        push(queue, a, b, place)
 
 
 @kernel
-def nearest_in_leaves(tree: Tree, n_leaves: int) -> FloatArray:
-    """Return the squared distance to the nearest other point of the leaf for the points of some leaves, sorted."""
-    total = (len(tree.order) + LEAF - 1) // LEAF
-    channels = len(tree.blocks) // (LEAF * total)
+def nearest_in_leaves(points: FloatArray, n_leaves: int) -> FloatArray:
+    """Return, sorted, the squared distances to the nearest point of the same leaf, for the points of some leaves."""
+    total = (len(points) + LEAF - 1) // LEAF
     nearest = np.full(n_leaves * LEAF, np.inf)
     for sample in range(n_leaves):
-        base = sample * total // n_leaves * channels * LEAF
-        for i in range(LEAF):
-            for j in range(LEAF):
-                dx = tree.blocks[base + j] - tree.blocks[base + i]
-                dy = tree.blocks[base + LEAF + j] - tree.blocks[base + LEAF + i]
-                dz = tree.blocks[base + 2 * LEAF + j] - tree.blocks[base + 2 * LEAF + i]
-                if i != j:
-                    d2 = dx * dx + dy * dy + dz * dz
-                    if d2 < nearest[sample * LEAF + i]:
-                        nearest[sample * LEAF + i] = d2
+        start = sample * total // n_leaves * LEAF
+        stop = min(start + LEAF, len(points))
+        for i in range(start, stop):
+            for j in range(start, stop):
+                dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+                d2 = dx * dx + dy * dy + dz * dz
+                if i != j and d2 < nearest[sample * LEAF + i - start]:
+                    nearest[sample * LEAF + i - start] = d2
     return np.sort(nearest)

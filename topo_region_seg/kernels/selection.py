@@ -8,18 +8,22 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.kernels.compile import kernel
+from topo_region_seg.kernels.borrow import borrowed
+from topo_region_seg.kernels.compile import index, kernel
 
 
 @kernel
-def rows_in_range(xyz: npt.NDArray[np.floating], near: float, far: float, drop_zeros: bool) -> IntArray:
-    """Return the rows (M,) at a distance within [near, far], metres; what is not finite is not in range."""
-    rows = np.empty(len(xyz), np.int64)
+def rows_in_range(
+    xyz: npt.NDArray[np.floating], first: int, end: int, near: float, far: float, drop_zeros: bool
+) -> IntArray:
+    """Return the rows (M,) from `first` to `end` at a distance in [near, far], metres; what is not finite is not."""
+    xyz = borrowed(xyz)
+    rows = np.empty(end - first, np.int64)
     count = 0
-    for i in range(len(xyz)):
+    for i in range(first, end):
         x, y, z = np.float64(xyz[i, 0]), np.float64(xyz[i, 1]), np.float64(xyz[i, 2])
         range2 = x * x + y * y + z * z
-        rows[count] = i
+        rows[index(count)] = i
         # False for NaN.
         keep = (range2 <= far * far) & (range2 >= near * near) & ((range2 > 0.0) | (not drop_zeros))
         count += 1 if keep else 0
@@ -32,19 +36,22 @@ def gather(xyz: npt.NDArray[np.floating], rows: IntArray) -> FloatArray:
     """Return some rows of positions (N, 3) in double precision."""
     points = np.empty((len(rows), 3))
     for i in range(len(rows)):
+        row = index(rows[i])
         for c in range(3):
-            points[i, c] = xyz[rows[i], c]
+            points[i, c] = xyz[row, c]
     return points
 
 
 @kernel
-def rows_above(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> IntArray:
-    """Return the rows (M,) more than `distance` (m) in front of the plane ``normal · x + offset = 0``."""
-    rows = np.empty(len(xyz), np.int64)
+def rows_above(xyz: FloatArray, first: int, end: int, normal: FloatArray, offset: float, distance: float) -> IntArray:
+    """Return the rows (M,) from `first` to `end` more than `distance` (m) in front of ``normal · x + offset = 0``."""
+    xyz = borrowed(xyz)
+    rows = np.empty(end - first, np.int64)
     count = 0
-    for i in range(len(xyz)):
-        rows[count] = i
-        height = normal[0] * xyz[i, 0] + normal[1] * xyz[i, 1] + normal[2] * xyz[i, 2] + offset
+    u, v, w = normal[0], normal[1], normal[2]
+    for i in range(first, end):
+        rows[index(count)] = i
+        height = u * xyz[i, 0] + v * xyz[i, 1] + w * xyz[i, 2] + offset
         count += 1 if height > distance else 0
     kept: IntArray = rows[:count].copy()
     return kept

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A balanced kd-tree over points with any number of channels, in blocks of eight points.
+"""A balanced kd-tree over points with any number of channels, in leaves of eight points.
 
 Nodes are numbered in preorder: the left child of node ``k`` is ``k + 1``, the right one ``right[k]``, and
 ``right[k] == 0`` marks a leaf. Children come after their parents, so a descending loop is bottom-up. Every
 leaf but the last holds exactly `LEAF` points: the points of leaf ``k`` are rows ``start[k]:stop[k]`` of
-`order`, and its block of channel data has the number ``start[k] // LEAF``.
+`order`, and it is leaf number ``start[k] // LEAF``. The nodes and their rows depend on the number of points
+alone; only the order of the points depends on where they are.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.kernels.compile import inlined, kernel
+from topo_region_seg.data import FloatArray, IndexArray
+from topo_region_seg.kernels.borrow import borrowed
+from topo_region_seg.kernels.compile import index, inlined, kernel
+from topo_region_seg.kernels.vector import gap_of_four
 from topo_region_seg.parallel import side_by_side
 
 LEAF = 8
@@ -25,14 +28,17 @@ SLACK = 1.0 - 1e-6  # keeps box distances below the true ones in spite of roundi
 
 
 class Tree(NamedTuple):
-    """Arrays of a tree over N points with D channels and K nodes."""
+    """Arrays of a tree over N points with D channels and K nodes.
 
-    order: IntArray  # (N,) point ids in tree order
-    start: IntArray  # (K,) first row of the node in `order`
-    stop: IntArray  # (K,) end of the node's rows
-    right: IntArray  # (K,) right child; 0 in leaves
-    boxes: npt.NDArray[np.float32]  # (K, 2 D) lower and upper bounds, rounded outwards
-    blocks: FloatArray  # (ceil(N / LEAF) * D * LEAF,) leaf after leaf, channel after channel; padding is inf
+    Channels come in threes (position, color, normal), which a box keeps in four cells each, the last one zero:
+    W = 4 D / 3.
+    """
+
+    order: IndexArray  # (N,) point ids in tree order
+    start: IndexArray  # (K,) first row of the node in `order`
+    stop: IndexArray  # (K,) end of the node's rows
+    right: IndexArray  # (K,) right child; 0 in leaves
+    boxes: npt.NDArray[np.float32]  # (K * 2 W,) node after node: lower, then upper bounds, rounded outwards
 
 
 def position_tree(xyz: FloatArray) -> Tree:
@@ -40,90 +46,109 @@ def position_tree(xyz: FloatArray) -> Tree:
     return build_tree(xyz, np.ones(3))
 
 
-def build_tree(channels: FloatArray, weights: FloatArray) -> Tree:
-    """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most."""
+def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | None = None) -> Tree:
+    """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
+
+    Channels from the fourth on are features. With the tree `by_position` of the first three, which must weigh the
+    same, only nodes that are widest in a feature, and those below, are split anew.
+    """
     n, d = channels.shape
     n_leaves = (n + LEAF - 1) // LEAF
     n_nodes = max(2 * n_leaves - 1, 0)
-    start, stop, right = np.zeros((3, n_nodes), np.int64)
-    tree = Tree(
-        np.arange(n),
-        start,
-        stop,
-        right,
-        np.empty((n_nodes, 2 * d), np.float32),
-        np.full(n_leaves * d * LEAF, np.inf),
-    )
+    boxes = np.zeros(n_nodes * 2 * box_width(d), np.float32)
+    if by_position is None:
+        start, stop, right = np.zeros((3, n_nodes), np.int32)
+        tree = Tree(np.arange(n, dtype=np.int32), start, stop, right, boxes)
+    else:
+        tree = by_position._replace(order=by_position.order.copy(), boxes=boxes)
     if n == 0:
         return tree
-    stop[0] = n
+    tree.stop[0] = n
     columns = np.ascontiguousarray(channels.T)
     keys = np.empty(n)
-    split_nodes(tree, columns, weights, keys, 0, 1)
-    if right[0]:
+    given = by_position is not None
+    given = split_nodes(tree, columns, weights, keys, 0, 1, given)
+    right = int(tree.right[0])
+    if right:
         # Each half is a run of nodes of its own.
-        halves = [(1, int(right[0])), (int(right[0]), n_nodes)]
-        side_by_side(split_nodes, [(tree, columns, weights, keys, first, end) for first, end in halves])
-        join_box(tree.boxes, 0, 1, right[0])
+        halves = [(1, right), (right, n_nodes)]
+        side_by_side(split_nodes, [(tree, columns, weights, keys, first, end, given) for first, end in halves])
+        join_box(tree.boxes, box_width(d), 0, 1, right)
     return tree
 
 
 @kernel
 def split_nodes(
-    tree: Tree, columns: FloatArray, weights: FloatArray, keys: FloatArray, first_node: int, end_node: int
-) -> None:
-    """Split the nodes of a subtree, first_node..end_node, then fill blocks and boxes from the leaves up."""
-    d = len(columns)
+    tree: Tree, columns: FloatArray, weights: FloatArray, keys: FloatArray, first_node: int, end_node: int, given: bool
+) -> bool:
+    """Split the nodes of a subtree, first_node..end_node, then fill the boxes from the leaves up.
+
+    Where the nodes are `given` already split by position, those that are widest in position are left as they are.
+    Returns whether the last node was.
+    """
+    tree, columns, weights, keys = borrowed(tree), borrowed(columns), borrowed(weights), borrowed(keys)
+    d, width = len(columns), box_width(len(columns))
+    anew_until = 0 if given else end_node
     for k in range(first_node, end_node):
-        start, stop = tree.start[k], tree.stop[k]
+        start, stop = tree.start[index(k)], tree.stop[index(k)]
         leaves = (stop - start + LEAF - 1) // LEAF
         if leaves <= 1:
             continue
+        widest = _widest(columns, tree.order, start, stop, weights)
+        if k >= anew_until:
+            if widest < 3:
+                continue
+            anew_until = k + 2 * leaves - 1
         middle = start + (leaves + 1) // 2 * LEAF
-        column = columns[_widest(columns, tree.order, start, stop, weights)]
+        column = columns[widest]
         for row in range(start, stop):
-            keys[row] = column[tree.order[row]]
+            keys[index(row)] = column[index(tree.order[index(row)])]
         _select(keys, tree.order, start, stop - 1, middle)
         right = k + 2 * ((leaves + 1) // 2)
         tree.right[k] = right
         tree.start[k + 1], tree.stop[k + 1] = start, middle
         tree.start[right], tree.stop[right] = middle, stop
     if end_node == 1 and tree.right[0]:
-        return
+        return anew_until == 0
     for k in range(end_node - 1, first_node - 1, -1):
         if tree.right[k]:
-            join_box(tree.boxes, k, k + 1, tree.right[k])
+            join_box(tree.boxes, width, k, k + 1, tree.right[k])
             continue
         for c in range(d):
             low, high = np.inf, -np.inf
             for row in range(tree.start[k], tree.stop[k]):
-                value = columns[c, tree.order[row]]
-                tree.blocks[(tree.start[k] // LEAF * d + c) * LEAF + row - tree.start[k]] = value
+                value = columns[c, index(tree.order[index(row)])]
                 # A channel that holds a NaN is unbounded, as a NaN may meet anything.
                 low = -np.inf if np.isnan(value) else min(low, value)
                 high = np.inf if np.isnan(value) else max(high, value)
-            tree.boxes[k, c] = low - abs(low) * 1.2e-7
-            tree.boxes[k, d + c] = high + abs(high) * 1.2e-7
-
-
-@kernel
-def join_box(boxes, node, left, right):  # type: ignore[no-untyped-def]
-    """Bound a node by the boxes of its children."""
-    d = boxes.shape[1] // 2
-    for c in range(d):
-        boxes[node, c] = min(boxes[left, c], boxes[right, c])
-        boxes[node, d + c] = max(boxes[left, d + c], boxes[right, d + c])
+            cell = k * 2 * width + c // 3 * 4 + c % 3
+            tree.boxes[index(cell)] = low - abs(low) * 1.2e-7
+            tree.boxes[index(cell + width)] = high + abs(high) * 1.2e-7
+    return False
 
 
 @inlined
-def box_gap(boxes, a, b, c):  # type: ignore[no-untyped-def]
-    """Return a lower bound of the squared distance between two boxes in channels c, c + 1, c + 2."""
-    d = boxes.shape[1] // 2
-    zero = np.float32(0.0)
-    x = max(zero, boxes[b, c] - boxes[a, d + c], boxes[a, c] - boxes[b, d + c])
-    y = max(zero, boxes[b, c + 1] - boxes[a, d + c + 1], boxes[a, c + 1] - boxes[b, d + c + 1])
-    z = max(zero, boxes[b, c + 2] - boxes[a, d + c + 2], boxes[a, c + 2] - boxes[b, d + c + 2])
-    return np.float64(x * x + y * y + z * z) * SLACK
+def box_width(channels):  # type: ignore[no-untyped-def]
+    """Return the number of cells of a box's lower bounds."""
+    return channels // 3 * 4
+
+
+@kernel
+def join_box(boxes, width, node, left, right):  # type: ignore[no-untyped-def]
+    """Bound a node by the boxes of its children."""
+    node, left, right = node * 2 * width, left * 2 * width, right * 2 * width
+    for c in range(width):
+        boxes[index(node + c)] = min(boxes[index(left + c)], boxes[index(right + c)])
+    for c in range(width, 2 * width):
+        boxes[index(node + c)] = max(boxes[index(left + c)], boxes[index(right + c)])
+
+
+@inlined
+def box_gap(boxes, channels, a, b, three):  # type: ignore[no-untyped-def]
+    """Return a lower bound of the squared distance of two boxes in one `three` of the channels, from 0."""
+    width = box_width(channels)
+    cell = 4 * three
+    return np.float64(gap_of_four(boxes, a * 2 * width + cell, b * 2 * width + cell, width)) * SLACK
 
 
 @kernel
@@ -131,10 +156,14 @@ def _widest(columns, order, start, stop, weights):  # type: ignore[no-untyped-de
     """Return the channel along which a sample of the rows, times the weights, spreads most."""
     best, axis = -1.0, 0
     taken = min(SAMPLE, stop - start)
+    step = (stop - start) // taken
+    sample = np.empty(SAMPLE, np.int64)
+    for s in range(taken):
+        sample[s] = order[index(start + s * step)]
     for c in range(len(weights)):
         low, high = np.inf, -np.inf
         for s in range(taken):
-            value = columns[c, order[start + s * (stop - start) // taken]]
+            value = columns[c, index(sample[s])]
             low, high = min(low, value), max(high, value)
         width = (high - low) * weights[c]
         if width > best:  # false for NaN
@@ -151,13 +180,14 @@ def _select(keys, order, left, right, k):  # type: ignore[no-untyped-def]
         pivot = max(min(a, b), min(max(a, b), c))
         i, j = left, right
         while i <= j:
-            while keys[i] < pivot:
+            while keys[index(i)] < pivot:
                 i += 1
-            while keys[j] > pivot:
+            while keys[index(j)] > pivot:
                 j -= 1
             if i <= j:
-                keys[i], keys[j] = keys[j], keys[i]
-                order[i], order[j] = order[j], order[i]
+                p, q = index(i), index(j)
+                keys[p], keys[q] = keys[q], keys[p]
+                order[p], order[q] = order[q], order[p]
                 i += 1
                 j -= 1
         if k <= j:

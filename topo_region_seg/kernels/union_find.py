@@ -4,15 +4,17 @@
 
 from __future__ import annotations
 
-from topo_region_seg.kernels.compile import inlined
+from topo_region_seg.kernels.compile import index, inlined
 
 
 @inlined
 def find(parent, row):  # type: ignore[no-untyped-def]
     """Return the root of `row`, halving the path on the way."""
-    while parent[row] != row:
-        parent[row] = parent[parent[row]]
-        row = parent[row]
+    above = parent[index(row)]
+    while above != row:
+        higher = parent[index(above)]
+        parent[index(row)] = higher
+        row, above = higher, parent[index(higher)]
     return row
 
 
@@ -26,11 +28,12 @@ def unite(parent, size, elder, death, a, b, scale):  # type: ignore[no-untyped-d
     a, b = find(parent, a), find(parent, b)
     if a == b:
         return False
-    if size[a] < size[b]:
+    if size[index(a)] < size[index(b)]:
         a, b = b, a
-    parent[b] = a
-    size[a] += size[b]
-    young = max(elder[a], elder[b])
-    elder[a] = min(elder[a], elder[b])
-    death[young] = scale
+    p, q = index(a), index(b)
+    parent[q] = a
+    size[p] += size[q]
+    young = max(elder[p], elder[q])
+    elder[p] = min(elder[p], elder[q])
+    death[index(young)] = scale
     return True

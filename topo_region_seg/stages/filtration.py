@@ -5,15 +5,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.data import Components, FloatArray, IntArray
-from topo_region_seg.kernels.leaf_pairs import Criterion, Edges, grown_edges, new_edges
+from topo_region_seg.kernels.leaf_pairs import Criterion, Edges, Leaves, gather_leaves, grown_edges, new_edges
 from topo_region_seg.kernels.pair_queue import BUCKET_SHIFT, FREE, SPACE, SPARE, even_out, grown_queue, new_queue, put
 from topo_region_seg.kernels.rips import (
     Forest,
@@ -25,6 +22,7 @@ from topo_region_seg.kernels.rips import (
     unite_edges,
 )
 from topo_region_seg.kernels.tree import LEAF, Tree, build_tree
+from topo_region_seg.parallel import side_by_side
 from topo_region_seg.params import Params
 from topo_region_seg.stages.homogeneity import criterion, homogeneity_channels
 
@@ -65,8 +63,11 @@ def persistent_components(
     return filtration(homogeneity_channels(xyz, lab, normals, params), params)
 
 
-def filtration(channels: FloatArray, params: Params) -> Components:
-    """Compute what `persistent_components` does, from points as `homogeneity_channels` returns them, (N, 9)."""
+def filtration(channels: FloatArray, params: Params, by_position: Tree | None = None) -> Components:
+    """Compute what `persistent_components` does, from points as `homogeneity_channels` returns them, (N, 9).
+
+    The tree of the positions, `by_position`, is not needed, but saves building most of another one.
+    """
     n = len(channels)
     limits = criterion(params)
     if params.features == "normals":
@@ -76,7 +77,7 @@ def filtration(channels: FloatArray, params: Params) -> Components:
         sub_root, sub_death = _grow(np.ascontiguousarray(channels[rows]), limits)
         root[rows], death[rows] = rows[sub_root], sub_death
     else:
-        root, death = _grow(channels, limits)
+        root, death = _grow(channels, limits, by_position)
     return Components(root=root, death=death, max_radius=params.max_radius)
 
 
@@ -89,42 +90,41 @@ def split_weights(limits: Criterion) -> FloatArray:
     return np.repeat([POSITION_FIRST * weight(limits.reach), weight(limits.color_high), weight(limits.chord_high)], 3)
 
 
-def _grow(channels: FloatArray, limits: Criterion) -> tuple[IntArray, FloatArray]:
+def _grow(channels: FloatArray, limits: Criterion, by_position: Tree | None = None) -> tuple[IntArray, FloatArray]:
     """Go through the scales from the smallest to the largest; return root and death by point id."""
-    tree = build_tree(channels, split_weights(limits))
+    tree = build_tree(channels, split_weights(limits), by_position)
     forest = new_forest(tree)
-    bucket = _first_bucket(tree)
-    workers = [_Worker(tree, limits, forest) for _ in range(2)]
-    with ThreadPoolExecutor(len(workers)) as pool:
-        _open_root(workers, tree, bucket, pool.map, first=True, sweep=False)
-        if sum(worker.waiting for worker in workers) > CROWD * len(channels):
-            # Points fill a volume. Joining those of the next scale too, before any pair is kept, and beginning
-            # anew from the root leaves far fewer pairs to wait.
-            for sweep in (True, False):
-                unite_edges(forest, *_by_length(workers))
-                refresh_components(tree, forest)
-                for worker in workers:
-                    worker.forget()
-                bucket += 1
-                _open_root(workers, tree, bucket, pool.map, first=False, sweep=sweep)
-        stale = 0
-        while True:
-            stale += unite_edges(forest, *_by_length(workers))
-            waiting = [worker.next_bucket(bucket + 1) for worker in workers]
-            if all(b is None for b in waiting):
-                return smallest_ids(tree, forest), forest.death
-            bucket = min(b for b in waiting if b is not None)
-            if stale > REFRESH * len(channels):
-                refresh_components(tree, forest)
-                stale = 0
-            even_out(workers[0].queue, workers[1].queue, bucket)
-            list(pool.map(_Worker.drain, workers, [bucket] * len(workers)))
+    leaves = gather_leaves(tree, channels)
+    bucket = _first_bucket(leaves)
+    workers = [_Worker(tree, leaves, limits, forest) for _ in range(2)]
+    _open_root(workers, tree, bucket, first=True, sweep=False)
+    if sum(worker.waiting for worker in workers) > CROWD * len(channels):
+        # Points fill a volume. Joining those of the next scale too, before any pair is kept, and beginning
+        # anew from the root leaves far fewer pairs to wait.
+        for sweep in (True, False):
+            unite_edges(forest, *_by_length(workers))
+            refresh_components(tree, forest)
+            for worker in workers:
+                worker.forget()
+            bucket += 1
+            _open_root(workers, tree, bucket, first=False, sweep=sweep)
+    stale = 0
+    while True:
+        stale += unite_edges(forest, *_by_length(workers))
+        waiting = [worker.next_bucket(bucket + 1) for worker in workers]
+        if all(b is None for b in waiting):
+            return smallest_ids(tree, forest), forest.death
+        bucket = min(b for b in waiting if b is not None)
+        if stale > REFRESH * len(channels):
+            refresh_components(tree, forest)
+            stale = 0
+        even_out(workers[0].queue, workers[1].queue, bucket)
+        side_by_side(_Worker.drain, [(worker, bucket) for worker in workers])
 
 
-def _first_bucket(tree: Tree) -> int:
+def _first_bucket(leaves: Leaves) -> int:
     """Bucket of a scale below which few points have neighbors; all shorter edges are taken in one go."""
-    n_leaves = min(256, (len(tree.order) + LEAF - 1) // LEAF)
-    nearest = nearest_in_leaves(tree, n_leaves)
+    nearest = nearest_in_leaves(leaves.points, min(256, len(leaves.blur)))
     nearest = nearest[np.isfinite(nearest)]
     if len(nearest) == 0:
         return 0
@@ -133,9 +133,7 @@ def _first_bucket(tree: Tree) -> int:
     return int(np.float64(min(median, 16.0 * low)).view(np.int64)) >> BUCKET_SHIFT
 
 
-def _open_root(
-    workers: list[_Worker], tree: Tree, bucket: int, parallel: Callable[..., Any], *, first: bool, sweep: bool
-) -> None:
+def _open_root(workers: list[_Worker], tree: Tree, bucket: int, *, first: bool, sweep: bool) -> None:
     """Open a bucket from the root: each half of the tree by a worker of its own, then the pair across."""
     if len(tree.order) == 0:
         return
@@ -147,7 +145,7 @@ def _open_root(
         return
     put(one.queue, left, left, bucket)
     put(other.queue, right, right, bucket)
-    list(parallel(lambda worker: worker.drain(bucket, first, sweep), workers))
+    side_by_side(_Worker.drain, [(worker, bucket, first, sweep) for worker in workers])
     put(one.queue, left, right, bucket)
     one.drain(bucket, first, sweep)
 
@@ -162,12 +160,12 @@ def _by_length(workers: list[_Worker]) -> tuple[Edges, IntArray]:
 class _Worker:
     """Pairs of nodes that wait, and the edges found at the current scale; one for each thread."""
 
-    def __init__(self, tree: Tree, limits: Criterion, forest: Forest) -> None:
+    def __init__(self, tree: Tree, leaves: Leaves, limits: Criterion, forest: Forest) -> None:
         # Small, so that warming up already makes them grow.
         self.queue = new_queue(64)
         self._edges = new_edges(64)
         self._n_edges = 0
-        self._tree, self._limits, self._forest = tree, limits, forest
+        self._tree, self._leaves, self._limits, self._forest = tree, leaves, limits, forest
 
     def drain(self, bucket: int, first: bool = False, sweep: bool = False) -> None:
         """Open all pairs of a bucket."""
@@ -177,7 +175,16 @@ class _Worker:
             if self.queue.head[SPACE] < SPARE:
                 self.queue = grown_queue(self.queue)
             self._n_edges = drain_bucket(
-                self._tree, self._limits, self._forest, self.queue, self._edges, self._n_edges, bucket, first, sweep
+                self._tree,
+                self._leaves,
+                self._limits,
+                self._forest,
+                self.queue,
+                self._edges,
+                self._n_edges,
+                bucket,
+                first,
+                sweep,
             )
 
     @property

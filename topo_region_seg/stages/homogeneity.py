@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.data import FloatArray
-from topo_region_seg.kernels.leaf_pairs import CHANNELS, Criterion
+from topo_region_seg.kernels.leaf_pairs import Criterion
+from topo_region_seg.kernels.leaf_sieve import CHANNELS
 from topo_region_seg.kernels.neighborhoods import put_unit
 from topo_region_seg.params import Params
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.data import FloatArray
-from topo_region_seg.kernels.neighborhoods import nearest_normals, radius_normals
+from topo_region_seg.kernels.neighborhoods import leaf_blocks, nearest_normals, radius_normals
 from topo_region_seg.kernels.tree import Tree
 from topo_region_seg.parallel import in_parts, side_by_side
 from topo_region_seg.params import Params
@@ -38,9 +38,10 @@ def estimate_normals(xyz: FloatArray, tree: Tree, params: Params) -> FloatArray:
     normals = np.full((len(xyz), 3), np.nan)
     counts = np.zeros(len(xyz), np.int64)
     radius, enough = params.normal_radius, params.normal_min_neighbors
+    blocks = leaf_blocks(tree, xyz)
     side_by_side(
         radius_normals,
-        [(tree, radius, enough, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
+        [(tree, blocks, radius, enough, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
     )
     sparse = np.flatnonzero(counts < enough)
     if len(sparse):
