@@ -24,6 +24,7 @@ COMMANDS = {
     "evaluate": "measure how well the regions of recorded clouds fit known objects",
     "sweep": "try every combination of parameter values on recordings, and show the best",
     "report": "show a run on one HTML page: charts, pictures, barcodes and points in 3D",
+    "compare": "say what changed between two runs; fail beyond limits, for continuous integration",
     "play": "publish the recorded clouds in ROS, as a camera would",
 }
 """Every subcommand is the module of its name, with `add_arguments(parser)` and `run(args)`, which gives the status."""

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.palette import colors
+from topo_region_seg.runs.comparison import FrameChange
 
 
 def stage_line(points: int, seg: Segmentation) -> str:
@@ -66,6 +67,29 @@ def timing_table(frames: Sequence[Mapping[str, float]]) -> Table:
         figures = (values.mean(), np.median(values), np.percentile(values, 95), values.max())
         table.add_row(stage, *(f"{value:.1f}" for value in figures), style="bold" if stage == "total" else "")
     return table
+
+
+def change_table(frames: Sequence[FrameChange]) -> Table:
+    """Return a row per frame of what changed from run A to run B."""
+    measured = any(a or b for a, b in (frame.quality for frame in frames))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B"):
+        table.add_column(name, justify="right")
+    for name in ("true WOv A", "B") if measured else ():
+        table.add_column(name, justify="right")
+    for frame in frames:
+        cells = [f"{frame.stamp:.3f}", *map(str, frame.regions)]
+        cells.append("other points" if frame.changed is None else f"{100 * frame.changed:.1f} %")
+        cells += [_or_dash(value, 3) for value in (frame.wov, frame.ari)]
+        cells += [_or_dash(value, 1) for value in frame.ms.get("total", (None, None))]
+        if measured:
+            cells += [_or_dash(quality["wov"] if quality else None, 3) for quality in frame.quality]
+        table.add_row(*cells)
+    return table
+
+
+def _or_dash(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
 
 
 def _mean_colors(rgb: npt.NDArray[np.uint8], seg: Segmentation) -> npt.NDArray[np.uint8]:
