@@ -5,8 +5,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from ros_harness import Client, NodeProcess
 
 
 @pytest.fixture(scope="session")
@@ -23,3 +28,21 @@ def ros_domain(warm_kernels: None) -> int:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
     return 1 + os.getpid() % 50  # up to 101 is safe; some tests take the domain 50 higher
+
+
+@pytest.fixture(scope="module")
+def client(ros_domain: int, node: NodeProcess) -> Iterator[Client]:
+    """A client of the test file's fixture `node`, connected to it."""
+    from ros_harness import Client
+
+    client = Client(ros_domain)
+    client.wait_for_node()
+    yield client
+    client.close()
+
+
+@pytest.fixture
+def default_parameters(client: Client) -> Iterator[None]:
+    """Default parameters again after the test."""
+    yield
+    client.reset_parameters()

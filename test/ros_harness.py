@@ -11,7 +11,8 @@ import sys
 import threading
 import time
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import UInt32
+
+from topo_region_seg.params import Params
 
 ROOT = Path(__file__).resolve().parent.parent
 NODE = "/region_segmentation"
@@ -80,6 +83,18 @@ class NodeProcess:
             raise
 
 
+@contextmanager
+def running_node(domain: int, log_file: Path, *ros_args: str) -> Iterator[NodeProcess]:
+    """Run a node, show its log in the end, and hold that it ended well and met no unforeseen error."""
+    process = NodeProcess(domain, log_file, *ros_args)
+    yield process
+    status = process.stop()
+    print(process.log)
+    assert status == 0
+    assert "Traceback" not in process.log
+    assert "internal_error" not in process.log
+
+
 class Client:
     """A node in the test's process, spinning on a thread: publishes clouds, collects answers, calls services."""
 
@@ -114,6 +129,11 @@ class Client:
         until(self.points.get_subscription_count, "a subscription to the clouds", STARTUP)
         until(lambda: self.node.count_publishers("labeled_points"), "a publisher of labels")
         until(lambda: self.diagnostics, "diagnostics")
+
+    def reset_parameters(self) -> None:
+        """Give the segmentation its default parameters, but for lists: an empty one is of no type."""
+        values = {row.name: row.default for row in Params.table() if row.type is not tuple}
+        assert self.set_atomically(values).successful
 
     def publish(self, msg: PointCloud2) -> int:
         """Publish with a stamp of its own; return the stamp's seconds."""

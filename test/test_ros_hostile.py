@@ -25,13 +25,15 @@ from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.serialization import serialize_message
-from ros_harness import NODE, PATIENCE, Client, NodeProcess, label_column, until
+from ros_harness import NODE, PATIENCE, Client, NodeProcess, label_column, running_node, until
 from sensor_msgs.msg import PointCloud2, PointField
 
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.pointcloud2 import decode
 from topo_region_seg.simulation import Camera, SimulatedFrame, simulate, tabletop
+
+pytestmark = pytest.mark.usefixtures("default_parameters")
 
 POLICY = Path(__file__).resolve().parent.parent / "security" / "region_segmentation.policy.xml"
 FLAT = {"voxel_size": 0.0, "remove_floor": False, "min_region_size": 1, "small_regions": "remove"}
@@ -40,29 +42,9 @@ FLAT = {"voxel_size": 0.0, "remove_floor": False, "min_region_size": 1, "small_r
 
 @pytest.fixture(scope="module")
 def node(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NodeProcess]:
-    log: Path = tmp_path_factory.mktemp("hostile") / "log.txt"
-    process = NodeProcess(ros_domain, log, "-p", "warning_period:=0.0")
-    yield process
-    status = process.stop()
-    print(process.log)
-    assert status == 0
-    assert "Traceback" not in process.log
-    assert "internal_error" not in process.log
-
-
-@pytest.fixture(scope="module")
-def client(ros_domain: int, node: NodeProcess) -> Iterator[Client]:
-    client = Client(ros_domain)
-    client.wait_for_node()
-    yield client
-    client.close()
-
-
-@pytest.fixture(autouse=True)
-def defaults(client: Client) -> Iterator[None]:
-    yield
-    values = {row.name: row.default for row in Params.table() if row.type is not tuple}
-    assert client.set_atomically(values).successful
+    log = tmp_path_factory.mktemp("hostile") / "log.txt"
+    with running_node(ros_domain, log, "-p", "warning_period:=0.0") as process:
+        yield process
 
 
 def ros_message(msg: Any) -> PointCloud2:

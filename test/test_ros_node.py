@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]
 
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
-from ros_harness import Client, NodeProcess, cloud_message, label_column, until
+from ros_harness import Client, NodeProcess, cloud_message, label_column, running_node, until
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
@@ -23,34 +23,14 @@ from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.pointcloud2 import decode
 
-if TYPE_CHECKING:
-    from pathlib import Path
+pytestmark = pytest.mark.usefixtures("default_parameters")
 
 
 @pytest.fixture(scope="module")
 def node(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NodeProcess]:
-    log: Path = tmp_path_factory.mktemp("node") / "log.txt"
-    process = NodeProcess(ros_domain, log, "-p", "warning_period:=0.0", "-p", "max_radus:=0.5")
-    yield process
-    status = process.stop()
-    print(process.log)
-    assert status == 0
-    assert "Traceback" not in process.log
-
-
-@pytest.fixture(scope="module")
-def client(ros_domain: int, node: NodeProcess) -> Iterator[Client]:
-    client = Client(ros_domain)
-    client.wait_for_node()
-    yield client
-    client.close()
-
-
-@pytest.fixture(autouse=True)
-def defaults(client: Client) -> Iterator[None]:
-    yield
-    values = {row.name: row.default for row in Params.table() if row.type is not tuple}
-    assert client.set_atomically(values).successful
+    log = tmp_path_factory.mktemp("node") / "log.txt"
+    with running_node(ros_domain, log, "-p", "warning_period:=0.0", "-p", "max_radus:=0.5") as process:
+        yield process
 
 
 def two_sheets(side: int = 40) -> tuple[Any, Any]:
