@@ -46,7 +46,7 @@ setup(
         "scipy>=1.11",
         "numba>=0.59",
         "PyYAML>=6.0",
-        "rosbags>=0.10",
+        "rosbags>=0.11.9",  # from here on its sqlite3 reader may be used in a thread
         "mcap>=1.2",
         "lz4>=4.3",
         "zstandard>=0.22",

@@ -99,7 +99,8 @@ def write_ros1(path: Path, entries: Sequence[Entry]) -> Path:
         for sequence, (topic, kind, log_time, message) in enumerate(entries):
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], log_time, store.serialize_ros1(_ros1(store, message, sequence), kind))
+            data = store.serialize_ros1(ros1_message(store, message, sequence), kind)
+            writer.write(connections[topic], log_time, data)
     return path
 
 
@@ -127,7 +128,7 @@ def first_x(message: Any) -> float:
     return float(np.frombuffer(message.data[:4].tobytes(), "<f4")[0])
 
 
-def _ros1(store: Any, message: Any, sequence: int) -> Any:
+def ros1_message(store: Any, message: Any, sequence: int) -> Any:
     if not hasattr(message, "header"):
         return store.types[message.__msgtype__](**{k: v for k, v in vars(message).items() if k != "__msgtype__"})
     head = message.header

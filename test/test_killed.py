@@ -8,6 +8,7 @@ import os
 import pickle
 import pickletools
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -36,26 +37,37 @@ def killed(command: list[str], longest: float, moment: random.Random) -> bool:
     return process.wait() == -signal.SIGKILL
 
 
-def test_a_replay_killed_at_any_moment_leaves_no_torn_recording(warm_kernels: None, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["out.mcap", "out"])
+def test_a_replay_killed_at_any_moment_leaves_no_torn_recording(
+    name: str, warm_kernels: None, tmp_path: Path
+) -> None:
     moment = random.Random(1)
-    out, summary = tmp_path / "out.mcap", tmp_path / "out.json"
+    out, summary = tmp_path / name, tmp_path / "out.json"
+    folder = name == "out"
     command = [sys.executable, "-m", "topo_region_seg", "replay", str(BAG), "-o", str(out), "--json", str(summary)]
     started = time.monotonic()
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
     took = time.monotonic() - started
-    whole, text_size = out.stat().st_size, summary.stat().st_size
+    whole, text_size = _size(out), summary.stat().st_size
     hits = 0
     for _ in range(KILLS):
-        if moment.random() < 0.5:
+        if folder:
+            shutil.rmtree(out, ignore_errors=True)
+        elif moment.random() < 0.5:
             out.unlink(missing_ok=True)
         hits += killed(command, 1.2 * took, moment)
         if out.exists():
-            assert abs(out.stat().st_size - whole) < 0.01 * whole
+            assert abs(_size(out) - whole) < 0.01 * whole
             with open_bag(out) as bag:
                 assert sum(1 for _ in bag.messages(["/labeled_points"])) == 6
         assert abs(summary.stat().st_size - text_size) < 0.1 * text_size
     assert hits
+    shutil.rmtree(out, ignore_errors=True)
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+
+
+def _size(path: Path) -> int:
+    return sum(file.stat().st_size for file in path.iterdir()) if path.is_dir() else path.stat().st_size
 
 
 def test_a_compilation_killed_at_any_moment_leaves_no_torn_kernel(tmp_path: Path) -> None:

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import yaml
@@ -13,16 +15,15 @@ import yaml
 from topo_region_seg.bags.mcap_file import McapFile
 from topo_region_seg.bags.records import BagError, BagReader, Record, Storage, merge_topics
 from topo_region_seg.bags.rosbags_file import open_ros2
+from topo_region_seg.bags.unpacking import is_packed, unpack_file, unpack_message
 
 REINDEX = "run 'ros2 bag reindex {path}' to make it anew"
 
 
 def open_folder(path: Path) -> BagReader:
-    """Open a rosbag2 folder, of MCAP or sqlite3 storage, of one file or split."""
+    """Open a rosbag2 folder, of MCAP or sqlite3 storage, of one file or split, compressed or not."""
     information = _information(path)
-    if information.get("storage_identifier") != "mcap" or information.get("compression_mode"):
-        return open_ros2(path)
-    return McapFolder(path, information)
+    return McapFolder(path, information) if information.get("storage_identifier") == "mcap" else open_ros2(path)
 
 
 class McapFolder(BagReader):
@@ -31,6 +32,7 @@ class McapFolder(BagReader):
     def __init__(self, path: Path, information: dict[str, Any]) -> None:
         self.path = path
         self.problems = []
+        self._mode = _compression_mode(path, information)
         # Old recorders wrote names relative to the working directory; only the last part is to be trusted.
         files = [path / PurePath(str(name)).name for name in information.get("relative_file_paths") or ()]
         for file in files:
@@ -41,9 +43,10 @@ class McapFolder(BagReader):
         if not files:
             raise BagError(f"{path}: metadata.yaml names no files; {REINDEX.format(path=path)}")
         self._files: list[McapFile] = []
+        self._unpacked: TemporaryDirectory[str] | None = None
         try:
             for file in files:
-                self._files.append(McapFile(file))
+                self._files.append(self._opened(file))
         except BaseException:
             self.close()
             raise
@@ -57,19 +60,59 @@ class McapFolder(BagReader):
     def messages(self, topics: Collection[str]) -> Iterator[Record]:
         """Iterate over the messages of some topics, file by file."""
         for file in self._files:
-            yield from file.messages(topics)
+            for record in file.messages(topics):
+                if self._mode != "message":
+                    yield record
+                    continue
+                try:
+                    yield replace(record, data=unpack_message(record.data))
+                except ValueError as error:
+                    self.problems.append(f"{file.path}: message of log time {record.log_time}: {error}; 1 message lost")
 
     def storage(self) -> Storage:
         """Return how the recording is stored."""
         parts = [file.storage() for file in self._files]
         times = [time for part in parts for time in part.times or ()]
         compression = dict.fromkeys(name for part in parts for name in part.compression)
-        return Storage("mcap", len(parts), tuple(compression), (min(times), max(times)) if times else None)
+        packed = (f"zstd {self._mode}s",) if self._mode else ()
+        return Storage("mcap", len(parts), (*packed, *compression), (min(times), max(times)) if times else None)
 
     def close(self) -> None:
         """Close the files."""
         for file in self._files:
             file.close()
+        if self._unpacked is not None:
+            self._unpacked.cleanup()
+
+    def _opened(self, file: Path) -> McapFile:
+        """Open one file, unpacked first where it is compressed as a whole."""
+        if self._mode != "file" or not is_packed(file):
+            return McapFile(file)
+        if self._unpacked is None:
+            self._unpacked = TemporaryDirectory(prefix="topo_region_seg-")
+        target = Path(self._unpacked.name, f"{len(self._files)}.mcap")
+        try:
+            wrong = unpack_file(file, target)
+        except OSError as error:
+            raise BagError(
+                f"{file}: cannot be unpacked to {target.parent} ({error.strerror}); make room there, or set TMPDIR"
+            ) from None
+        if target.stat().st_size == 0:
+            raise BagError(f"{file}: nothing of it can be decompressed; copy or record it again")
+        if wrong:
+            self.problems.append(f"{file}: {wrong}")
+        return McapFile(target, name=file)
+
+
+def _compression_mode(path: Path, information: dict[str, Any]) -> str:
+    """Return "file", "message" or "", what rosbag2 itself has compressed."""
+    mode = str(information.get("compression_mode") or "").lower()
+    if mode in ("", "none"):
+        return ""
+    kind = information.get("compression_format")
+    if mode not in ("file", "message") or kind != "zstd":
+        raise BagError(f"{path}: compression '{kind}' of each {mode} is not known; use 'ros2 bag convert' to zstd")
+    return mode
 
 
 def _information(path: Path) -> dict[str, Any]:

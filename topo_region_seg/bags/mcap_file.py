@@ -33,10 +33,17 @@ class McapFile(BagReader):
     """An MCAP file: read through its index, or by a scan of all its records where the index is not there or is damaged.
 
     The checksum of every chunk is checked; a damaged one goes to `problems`, and the others are still read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : Path, optional
+        What messages call it, if that is another.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, name: Path | None = None) -> None:
+        self.path = name or path
         self.problems = []
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
@@ -47,7 +54,9 @@ class McapFile(BagReader):
         try:
             self._file: BinaryIO = path.open("rb")
         except OSError as error:
-            raise BagError(f"{path}: cannot be opened ({error.strerror}); check the name and the permissions") from None
+            raise BagError(
+                f"{self.path}: cannot be opened ({error.strerror}); check the name and the permissions"
+            ) from None
         try:
             self._open()
         except BaseException:

@@ -13,6 +13,7 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 from topo_region_seg.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
+from topo_region_seg.bags.ros1_scan import Ros1Scan
 
 
 class RosbagsFile(BagReader):
@@ -73,9 +74,12 @@ class RosbagsFile(BagReader):
         self._reader.close()
 
 
-def open_ros1(path: Path) -> RosbagsFile:
-    """Open a ROS 1 bag."""
-    return RosbagsFile(path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may mend it")
+def open_ros1(path: Path) -> BagReader:
+    """Open a ROS 1 bag; one without an index, as a killed recorder leaves it, is read record by record."""
+    try:
+        return RosbagsFile(path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may mend it")
+    except BagError:
+        return Ros1Scan(path)
 
 
 def open_ros2(path: Path) -> RosbagsFile:
