@@ -15,9 +15,10 @@ EPSILON = (6.0 / 29.0) ** 3
 
 
 @kernel
-def rgb_to_lab(rgb: npt.NDArray[np.uint8], first: int, end: int, linear_light: FloatArray, lab: FloatArray) -> None:
-    """Convert rows `first` to `end` of 8-bit sRGB (N, 3) to `lab` (N, 3), given the light (256,) of each value."""
-    for i in range(first, end):
+def rgb_to_lab(rgb: npt.NDArray[np.uint8], linear_light: FloatArray) -> FloatArray:
+    """Convert rows of 8-bit sRGB, given the linear light (256,) of each value."""
+    lab = np.empty((len(rgb), 3))
+    for i in range(len(rgb)):
         r, g, b = linear_light[rgb[i, 0]], linear_light[rgb[i, 1]], linear_light[rgb[i, 2]]
         x = lightness((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / WHITE_X)
         y = lightness(0.2126729 * r + 0.7151522 * g + 0.0721750 * b)
@@ -25,6 +26,7 @@ def rgb_to_lab(rgb: npt.NDArray[np.uint8], first: int, end: int, linear_light: F
         lab[i, 0] = 116.0 * y - 16.0
         lab[i, 1] = 500.0 * (x - y)
         lab[i, 2] = 200.0 * (y - z)
+    return lab
 
 
 @kernel

@@ -24,7 +24,6 @@ from topo_region_seg.kernels.leaf_sieve import CHANNELS, FAR_SINGLE, sift_leaves
 from topo_region_seg.kernels.pair_queue import bits_of
 from topo_region_seg.kernels.tree import LEAF, Tree
 from topo_region_seg.kernels.vector import trailing_zeros
-from topo_region_seg.parallel import WORKERS, in_parts, side_by_side
 
 FAR = np.int64(0x7FF0000000000000)  # bits of infinity
 LEAF_SHIFT = 3  # LEAF = 1 << LEAF_SHIFT
@@ -91,17 +90,15 @@ def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
     middle = np.zeros(CHANNELS)
     if n_leaves:
         middle[:3] = channels[:, :3].mean(axis=0)
-    side_by_side(fill_leaves, [(tree.order, channels, middle, leaves, *part) for part in in_parts(n_leaves, WORKERS)])
+    fill_leaves(tree.order, channels, middle, leaves)
     return leaves
 
 
 @kernel
-def fill_leaves(
-    order: IndexArray, channels: FloatArray, middle: FloatArray, leaves: Leaves, first_leaf: int, end_leaf: int
-) -> None:
-    """Fill some of the leaves with their points, taking `middle` (9,) off in the blocks."""
+def fill_leaves(order: IndexArray, channels: FloatArray, middle: FloatArray, leaves: Leaves) -> None:
+    """Fill the leaves with their points, taking `middle` (9,) off in the blocks."""
     order, channels, leaves = borrowed(order), borrowed(channels), borrowed(leaves)
-    for leaf in range(first_leaf, end_leaf):
+    for leaf in range(len(leaves.blur)):
         start = leaf * LEAF
         for three in range(3):
             largest = 0.0

@@ -84,8 +84,8 @@ def pop(queue, bucket):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def even_out(one: PairQueue, other: PairQueue, bucket: int) -> None:
-    """Move pairs of a bucket so that both queues hold about as many, as far as there is space."""
+def even_out(one: PairQueue, other: PairQueue, bucket: int) -> int:
+    """Move pairs of a bucket so that both queues hold about as many, as far as there is space; return how many."""
     counts = np.zeros(2, np.int64)
     for q, queue in enumerate((one, other)):
         cell = queue.head[bucket]
@@ -96,6 +96,7 @@ def even_out(one: PairQueue, other: PairQueue, bucket: int) -> None:
     for _ in range(min(abs(counts[0] - counts[1]) // 2, target.head[SPACE])):
         a, b = pop(source, bucket)
         push(target, a, b, bucket)
+    return counts.sum()
 
 
 @inlined

@@ -9,20 +9,22 @@ import math
 import numpy as np
 
 from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.kernels.borrow import borrowed
 from topo_region_seg.kernels.compile import kernel, summing
 
 
 @kernel
-def sample_rows(xyz: FloatArray, first: int, end: int, size: int, seed: int) -> tuple[FloatArray, IntArray]:
-    """Return those of the rows from `first` to `end` whose hashes are small, so that of all there are about `size`.
+def sample_rows(xyz: FloatArray, size: int, seed: int) -> IntArray:
+    """Return about `size` rows, those with the smallest hashes of their coordinates, in the order of the hashes.
 
-    Returns the hashes, 0 to 1, and the rows. The sample depends on the points alone, not on their order.
+    The sample depends on the points alone, not on their order.
     """
+    xyz = borrowed(xyz)
     limit = np.float64(size) / max(len(xyz), size)
-    hashes = np.empty(end - first)
-    rows = np.empty(end - first, np.int64)
+    hashes = np.empty(len(xyz))
+    rows = np.empty(len(xyz), np.int64)
     count = 0
-    for i in range(first, end):
+    for i in range(len(xyz)):
         value = np.uint64(seed)
         for c in range(3):
             value = (value ^ np.float64(xyz[i, c]).view(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -32,7 +34,7 @@ def sample_rows(xyz: FloatArray, first: int, end: int, size: int, seed: int) -> 
         if share <= limit:
             hashes[count], rows[count] = share, i
             count += 1
-    return hashes[:count].copy(), rows[:count].copy()
+    return rows[:count][np.argsort(hashes[:count])]
 
 
 @kernel
@@ -60,14 +62,12 @@ def best_hypothesis(xyz: FloatArray, triples: IntArray, distance: float) -> tupl
 
 
 @summing
-def plane_moments(
-    xyz: FloatArray, first: int, end: int, normal: FloatArray, offset: float, distance: float
-) -> FloatArray:
-    """Return count, sums and sums of products (10,) of rows `first` to `end` within `distance` (m) of a plane."""
+def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> FloatArray:
+    """Return count, sums and sums of products (10,) of the points within `distance` (m) of a plane."""
     count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
     sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     u, v, w = normal[0], normal[1], normal[2]
-    for i in range(first, end):
+    for i in range(len(xyz)):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
         near = abs(u * x + v * y + w * z + offset) <= distance
         x, y, z = x if near else 0.0, y if near else 0.0, z if near else 0.0

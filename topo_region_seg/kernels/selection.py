@@ -13,14 +13,12 @@ from topo_region_seg.kernels.compile import index, kernel
 
 
 @kernel
-def rows_in_range(
-    xyz: npt.NDArray[np.floating], first: int, end: int, near: float, far: float, drop_zeros: bool
-) -> IntArray:
-    """Return the rows (M,) from `first` to `end` at a distance in [near, far], metres; what is not finite is not."""
+def rows_in_range(xyz: npt.NDArray[np.floating], near: float, far: float, drop_zeros: bool) -> IntArray:
+    """Return the rows (M,) at a distance within [near, far], metres; what is not finite is not in range."""
     xyz = borrowed(xyz)
-    rows = np.empty(end - first, np.int64)
+    rows = np.empty(len(xyz), np.int64)
     count = 0
-    for i in range(first, end):
+    for i in range(len(xyz)):
         x, y, z = np.float64(xyz[i, 0]), np.float64(xyz[i, 1]), np.float64(xyz[i, 2])
         range2 = x * x + y * y + z * z
         rows[index(count)] = i
@@ -43,13 +41,13 @@ def gather(xyz: npt.NDArray[np.floating], rows: IntArray) -> FloatArray:
 
 
 @kernel
-def rows_above(xyz: FloatArray, first: int, end: int, normal: FloatArray, offset: float, distance: float) -> IntArray:
-    """Return the rows (M,) from `first` to `end` more than `distance` (m) in front of ``normal · x + offset = 0``."""
+def rows_above(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> IntArray:
+    """Return the rows (M,) more than `distance` (m) in front of the plane ``normal · x + offset = 0``."""
     xyz = borrowed(xyz)
-    rows = np.empty(end - first, np.int64)
+    rows = np.empty(len(xyz), np.int64)
     count = 0
     u, v, w = normal[0], normal[1], normal[2]
-    for i in range(first, end):
+    for i in range(len(xyz)):
         rows[index(count)] = i
         height = u * xyz[i, 0] + v * xyz[i, 1] + w * xyz[i, 2] + offset
         count += 1 if height > distance else 0

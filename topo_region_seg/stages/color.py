@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from topo_region_seg.data import FloatArray
 from topo_region_seg.kernels.lab import rgb_to_lab
-from topo_region_seg.parallel import WORKERS, in_parts, side_by_side
 
 
 def _linear_light() -> FloatArray:
@@ -24,7 +23,4 @@ LINEAR_LIGHT = _linear_light()
 
 def srgb_to_lab(rgb: npt.NDArray[np.uint8]) -> FloatArray:
     """Convert 8-bit sRGB (N, 3) to CIELAB (N, 3) float64 under D65, 2 degree observer."""
-    rgb = np.ascontiguousarray(rgb)
-    lab = np.empty(rgb.shape)
-    side_by_side(rgb_to_lab, [(rgb, *part, LINEAR_LIGHT, lab) for part in in_parts(len(rgb), WORKERS)])
-    return lab
+    return rgb_to_lab(np.ascontiguousarray(rgb), LINEAR_LIGHT)

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from topo_region_seg.data import BoolArray, IntArray
 from topo_region_seg.kernels.selection import rows_in_range
-from topo_region_seg.parallel import in_parts, side_by_side
 from topo_region_seg.params import Params
 
 
@@ -29,8 +28,7 @@ def crop(xyz: npt.NDArray[np.floating], params: Params) -> IntArray:
     (M,) int64
         Kept rows, ascending.
     """
-    limits = params.min_range, params.max_range, params.drop_zeros
-    rows = np.concatenate(side_by_side(rows_in_range, [(xyz, *part, *limits) for part in in_parts(len(xyz))]))
+    rows = rows_in_range(xyz, params.min_range, params.max_range, params.drop_zeros)
     return rows[_inside_box(xyz[rows], params)] if params.crop_box else rows
 
 

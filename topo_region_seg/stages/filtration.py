@@ -15,10 +15,10 @@ from topo_region_seg.kernels.pair_queue import BUCKET_SHIFT, FREE, SPACE, SPARE,
 from topo_region_seg.kernels.rips import (
     Forest,
     drain_bucket,
+    merge_tree,
     nearest_in_leaves,
     new_forest,
     refresh_components,
-    smallest_ids,
     unite_edges,
 )
 from topo_region_seg.kernels.tree import LEAF, Tree, build_tree
@@ -28,6 +28,7 @@ from topo_region_seg.stages.homogeneity import criterion, homogeneity_channels
 
 POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller than the radius; measured
 CROWD = 4  # waiting pairs per point from which on the filtration begins anew; measured
+WORTH_HELP = 1_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
 REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
 
 
@@ -52,8 +53,8 @@ def persistent_components(
     Returns
     -------
     Components
-        `root` and exact `death` of every point; a death is the length of an edge of the minimum spanning
-        forest of the graph at `max_radius`.
+        `root`, `parent` and exact `death` of every point; a death is the length of an edge of the minimum
+        spanning forest of the graph at `max_radius`.
 
     Raises
     ------
@@ -73,12 +74,12 @@ def filtration(channels: FloatArray, params: Params, by_position: Tree | None = 
     if params.features == "normals":
         # A point without a normal has nothing to be compared by: it stays alone.
         rows = np.flatnonzero(~np.isnan(channels[:, 6]))
-        root, death = np.arange(n), np.full(n, np.inf)
-        sub_root, sub_death = _grow(np.ascontiguousarray(channels[rows]), limits)
-        root[rows], death[rows] = rows[sub_root], sub_death
+        root, parent, death = np.arange(n), np.arange(n), np.full(n, np.inf)
+        sub_root, sub_parent, sub_death = _grow(np.ascontiguousarray(channels[rows]), limits)
+        root[rows], parent[rows], death[rows] = rows[sub_root], rows[sub_parent], sub_death
     else:
-        root, death = _grow(channels, limits, by_position)
-    return Components(root=root, death=death, max_radius=params.max_radius)
+        root, parent, death = _grow(channels, limits, by_position)
+    return Components(root=root, parent=parent, death=death, max_radius=params.max_radius)
 
 
 def split_weights(limits: Criterion) -> FloatArray:
@@ -90,8 +91,10 @@ def split_weights(limits: Criterion) -> FloatArray:
     return np.repeat([POSITION_FIRST * weight(limits.reach), weight(limits.color_high), weight(limits.chord_high)], 3)
 
 
-def _grow(channels: FloatArray, limits: Criterion, by_position: Tree | None = None) -> tuple[IntArray, FloatArray]:
-    """Go through the scales from the smallest to the largest; return root and death by point id."""
+def _grow(
+    channels: FloatArray, limits: Criterion, by_position: Tree | None = None
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Go through the scales from the smallest to the largest; return root, parent and death by point id."""
     tree = build_tree(channels, split_weights(limits), by_position)
     forest = new_forest(tree)
     leaves = gather_leaves(tree, channels)
@@ -113,13 +116,16 @@ def _grow(channels: FloatArray, limits: Criterion, by_position: Tree | None = No
         stale += unite_edges(forest, *_by_length(workers))
         waiting = [worker.next_bucket(bucket + 1) for worker in workers]
         if all(b is None for b in waiting):
-            return smallest_ids(tree, forest), forest.death
+            return *merge_tree(forest), forest.death
         bucket = min(b for b in waiting if b is not None)
         if stale > REFRESH * len(channels):
             refresh_components(tree, forest)
             stale = 0
-        even_out(workers[0].queue, workers[1].queue, bucket)
-        side_by_side(_Worker.drain, [(worker, bucket) for worker in workers])
+        if even_out(workers[0].queue, workers[1].queue, bucket) < WORTH_HELP:
+            for worker in workers:
+                worker.drain(bucket)
+        else:
+            side_by_side(_Worker.drain, [(worker, bucket) for worker in workers])
 
 
 def _first_bucket(leaves: Leaves) -> int:

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from topo_region_seg.data import FloatArray, IntArray, Plane
 from topo_region_seg.kernels.plane import best_hypothesis, plane_moments, sample_rows
 from topo_region_seg.kernels.selection import rows_above
-from topo_region_seg.parallel import WORKERS, in_parts, side_by_side
 from topo_region_seg.params import Params
 
 SAMPLE = 2_000  # about how many points hypotheses are drawn from and judged by
@@ -38,16 +37,14 @@ def find_floor(xyz: FloatArray, params: Params) -> Plane | None:
     """
     if len(xyz) < 3:
         return None
-    sample = xyz[_sample(xyz, params.floor_seed)]
+    sample = xyz[sample_rows(xyz, SAMPLE, params.floor_seed)]
     triples = np.random.default_rng(params.floor_seed).integers(0, len(sample), (HYPOTHESES, 3))
     normal, offset, inliers = best_hypothesis(sample, triples, params.floor_distance)
     if inliers < 3:
         return None
     count = -1
-    parts = in_parts(len(xyz), WORKERS)
     for _ in range(REFINEMENTS):
-        limits = normal, offset, params.floor_distance
-        moments = np.sum(side_by_side(plane_moments, [(xyz, *part, *limits) for part in parts]), axis=0)
+        moments = plane_moments(xyz, normal, offset, params.floor_distance)
         if moments[0] < 3 or moments[0] == count:
             break
         count = moments[0]
@@ -61,16 +58,7 @@ def find_floor(xyz: FloatArray, params: Params) -> Plane | None:
 
 def above(xyz: FloatArray, plane: Plane, distance: float) -> IntArray:
     """Return the rows of `xyz` that lie more than `distance` (m) in front of the plane, on the sensor's side."""
-    limits = np.array(plane.normal), plane.offset, distance
-    return np.concatenate(side_by_side(rows_above, [(xyz, *part, *limits) for part in in_parts(len(xyz), WORKERS)]))
-
-
-def _sample(xyz: FloatArray, seed: int) -> IntArray:
-    """Return about `SAMPLE` rows, those with the smallest hashes of their coordinates, in the order of the hashes."""
-    parts = side_by_side(sample_rows, [(xyz, *part, SAMPLE, seed) for part in in_parts(len(xyz), WORKERS)])
-    hashes, rows = (np.concatenate(column) for column in zip(*parts, strict=True))
-    chosen: IntArray = rows[np.argsort(hashes)]
-    return chosen
+    return rows_above(xyz, np.array(plane.normal), plane.offset, distance)
 
 
 def _least_squares(moments: FloatArray) -> tuple[FloatArray, float]:
