@@ -96,7 +96,7 @@ def even_out(one: PairQueue, other: PairQueue, bucket: int) -> int:
     for _ in range(min(abs(counts[0] - counts[1]) // 2, target.head[SPACE])):
         a, b = pop(source, bucket)
         push(target, a, b, bucket)
-    return counts.sum()
+    return int(counts.sum())
 
 
 @inlined
