@@ -29,6 +29,7 @@ COMMANDS = {
         "segment tabletop.pcd --output labeled.ply --barcode barcode.png",
         "replay tabletop_sim -o labeled.mcap --json summary.json",
     ),
+    "inspection": ("inspect tabletop_sim --params-out my_params.yaml",),
     "evaluation": (
         "evaluate tabletop_sim --json quality.json",
         "sweep tabletop_sim --set max_radius=0.01,0.02 --set angle_threshold=3,5,8 -o sweep",
