@@ -29,7 +29,7 @@ POINT_BYTES = 3_000_000
 """Of all points of the 3D view together."""
 MOST_PICTURED = 200
 MOST_POINTS = 30_000
-_LARGEST_PICTURE = 60_000
+LARGEST_PICTURE = 60_000
 _SIDES = (480, 400, 320, 240)
 _LEGIBLE = 9_000  # bytes that a picture of the longest side needs to look well
 
@@ -45,6 +45,11 @@ class FrameContent:
     pictures: list[tuple[str, str]] = field(default_factory=list)
     points: dict[str, Any] | None = None
     bars: dict[str, Any] | None = None
+
+
+def points_a_frame(chosen: int) -> int:
+    """Return how many points each of so many chosen frames may have in 3D."""
+    return min(MOST_POINTS, POINT_BYTES * 3 // 4 // (BYTES_A_POINT * max(1, chosen)))  # base64 takes 4 for 3
 
 
 def evenly(count: int, most: int) -> list[int]:
@@ -76,8 +81,8 @@ def gather(
     """
     frames = [FrameContent(index, record) for index, record in enumerate(run.record.frames)]
     pictured = {*evenly(len(frames), MOST_PICTURED), *chosen}
-    budget = min(_LARGEST_PICTURE, PICTURE_BYTES // max(1, len(pictured) * (3 if truth else 2)))
-    most_points = min(MOST_POINTS, int(POINT_BYTES * 0.75) // (BYTES_A_POINT * max(1, len(chosen))))
+    budget = min(LARGEST_PICTURE, PICTURE_BYTES // max(1, len(pictured) * (3 if truth else 2)))
+    most_points = points_a_frame(len(chosen))
     for given in run.frames():
         content = frames[given.index]
         true_labels = truth.of(given.msg) if truth else None

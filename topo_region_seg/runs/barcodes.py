@@ -61,7 +61,7 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
     BagError
         The run or the source cannot be read.
     """
-    limit = run.params.max_points
+    limit = run.params.point_limit
     with open_bag(run.path) as reader:
         if reader.count(BARCODE):
             return {index: _recorded(msg, limit) for index, msg in _messages(run, run.path, BARCODE, wanted)}

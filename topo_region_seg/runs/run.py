@@ -86,6 +86,8 @@ class Run:
         for index, frame in enumerate(self.record.frames):
             places[frame.stamp].append(index)
         with open_bag(self.path) as reader:
+            if not reader.count(LABELED_POINTS):
+                return
             topic = cloud_topic(reader, LABELED_POINTS)
             for message in reader.messages([LABELED_POINTS]):
                 try:
@@ -97,8 +99,8 @@ class Run:
                     index = places[stamp].popleft()
                     if wanted is not None and index not in wanted:
                         continue
-                    cloud = decode(msg, max_points=self.params.max_points)
-                    labels = labels_of(msg, max_points=self.params.max_points)
+                    cloud = decode(msg, max_points=self.params.point_limit)
+                    labels = labels_of(msg, max_points=self.params.point_limit)
                 except CloudFormatError as error:
                     self.problems.append(f"{self.path}: {error}")
                     continue

@@ -38,7 +38,7 @@ def truth_of_run(run: Run, source: Path | None = None, truth_topic: str | None =
         return None
     with open_bag(source or run.record.source) as reader:
         topic = _topic(reader, run.record.topic, truth_topic)
-        return RecordedTruth(reader, topic, run.params.max_points) if topic else None
+        return RecordedTruth(reader, topic, run.params.point_limit) if topic else None
 
 
 def quality(frame: RunFrame, truth: LabelArray | None) -> Measures | None:
