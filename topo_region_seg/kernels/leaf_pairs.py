@@ -44,12 +44,15 @@ class Criterion(NamedTuple):
 
 
 class Leaves(NamedTuple):
-    """The points of L leaves in tree order."""
+    """The points of L leaves.
 
-    points: FloatArray  # (N, 9)
-    blocks: npt.NDArray[
-        np.float32
-    ]  # (L * 9 * LEAF,) leaf after leaf, channel after channel, from the middle; padding inf
+    `blocks` (L * 9 * LEAF,) holds leaf after leaf and in it channel after channel, positions from the middle of the
+    cloud; padding is inf.
+    """
+
+    points: FloatArray  # (N, 9) by id
+    order: IndexArray  # (N,) point ids in tree order
+    blocks: npt.NDArray[np.float32]
     blur: FloatArray  # (L, 3) how far off a difference of position, color and normal may be in the blocks
 
 
@@ -82,7 +85,8 @@ def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
     """Return the points (N, 9) in the order of the tree and in blocks of single precision."""
     n_leaves = (len(channels) + LEAF - 1) // LEAF
     leaves = Leaves(
-        np.empty(channels.shape),
+        channels,
+        tree.order,
         np.full(n_leaves * CHANNELS * LEAF, np.inf, np.float32),
         np.empty((n_leaves, 3)),
     )
@@ -90,24 +94,22 @@ def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
     middle = np.zeros(CHANNELS)
     if n_leaves:
         middle[:3] = channels[:, :3].mean(axis=0)
-    fill_leaves(tree.order, channels, middle, leaves)
+    fill_leaves(leaves, middle)
     return leaves
 
 
 @kernel
-def fill_leaves(order: IndexArray, channels: FloatArray, middle: FloatArray, leaves: Leaves) -> None:
+def fill_leaves(leaves: Leaves, middle: FloatArray) -> None:
     """Fill the leaves with their points, taking `middle` (9,) off in the blocks."""
-    order, channels, leaves = borrowed(order), borrowed(channels), borrowed(leaves)
+    leaves = borrowed(leaves)
     for leaf in range(len(leaves.blur)):
         start = leaf * LEAF
         for three in range(3):
             largest = 0.0
             for c in range(3 * three, 3 * three + 3):
                 block = (leaf * CHANNELS + c) * LEAF
-                for row in range(start, min(start + LEAF, len(order))):
-                    value = channels[index(order[index(row)]), index(c)]
-                    leaves.points[index(row), index(c)] = value
-                    value -= middle[c]
+                for row in range(start, min(start + LEAF, len(leaves.order))):
+                    value = leaves.points[index(leaves.order[index(row)]), index(c)] - middle[c]
                     leaves.blocks[index(block + row - start)] = value
                     # A missing normal stays out of it.
                     largest = abs(value) if abs(value) > largest else largest
@@ -146,7 +148,7 @@ def meet_leaves(  # type: ignore[no-untyped-def]
         place = trailing_zeros(hits)
         hits &= hits - 1
         a, b = start_a + (place >> LEAF_SHIFT), start_b + (place & (LEAF - 1))
-        d2 = edge_length(leaves.points, limits, a, b)
+        d2 = edge_length(leaves.points, limits, leaves.order[index(a)], leaves.order[index(b)])
         if d2 < 0.0:
             continue
         if bits_of(d2) >= end:

@@ -34,12 +34,13 @@ from topo_region_seg.kernels.union_find import find, unite
 
 
 class Forest(NamedTuple):
-    """Components so far, by row of the tree's order; `death` is by point id."""
+    """Components so far, by row of the tree's order; `death` and `into` are by point id."""
 
     parent: IndexArray  # (N,) union-find
     size: IndexArray  # (N,)
     elder: IndexArray  # (N,) smallest point id, valid at roots
     death: FloatArray  # (N,) scale at which the component of the point died, metres; inf = alive
+    into: IndexArray  # (N,) smallest point id of the component that it went into, by point id; the point itself = alive
     roots: IndexArray  # (N + LEAF,) component when last refreshed; padded to whole leaves
     same: IndexArray  # (K,) a row of the node, if all its rows are one component; -1 = not known to be
 
@@ -50,7 +51,10 @@ def new_forest(tree: Tree) -> Forest:
     n = len(tree.order)
     roots = np.arange(n + LEAF).astype(np.int32)
     same = np.full(len(tree.start), -1, np.int32)
-    return Forest(roots[:n].copy(), np.ones(n, np.int32), tree.order.copy(), np.full(n, np.inf), roots, same)
+    points = roots[:n]
+    return Forest(
+        points.copy(), np.ones(n, np.int32), tree.order.copy(), np.full(n, np.inf), points.copy(), roots, same
+    )
 
 
 @kernel
@@ -103,7 +107,14 @@ def unite_edges(forest: Forest, edges: Edges, order: IntArray) -> int:
     for item in order:
         e = index(item)
         unions += unite(
-            forest.parent, forest.size, forest.elder, forest.death, edges.a[e], edges.b[e], np.sqrt(edges.d2[e])
+            forest.parent,
+            forest.size,
+            forest.elder,
+            forest.death,
+            forest.into,
+            edges.a[e],
+            edges.b[e],
+            np.sqrt(edges.d2[e]),
         )
     return unions
 
@@ -114,7 +125,7 @@ def unite_coinciding(forest, edges, first, n_edges):  # type: ignore[no-untyped-
     kept = first
     for e in range(first, n_edges):
         if edges.d2[e] == 0.0:
-            unite(forest.parent, forest.size, forest.elder, forest.death, edges.a[e], edges.b[e], 0.0)
+            unite(forest.parent, forest.size, forest.elder, forest.death, forest.into, edges.a[e], edges.b[e], 0.0)
         else:
             edges.d2[kept], edges.a[kept], edges.b[kept] = edges.d2[e], edges.a[e], edges.b[e]
             kept += 1
@@ -132,12 +143,23 @@ def refresh_components(tree: Tree, forest: Forest) -> None:
 
 
 @kernel
-def smallest_ids(tree: Tree, forest: Forest) -> IntArray:
-    """Return the smallest point id of each point's component, by point id."""
-    root = np.empty(len(tree.order), np.int64)
-    for row in range(len(tree.order)):
-        root[index(tree.order[row])] = forest.elder[index(find(forest.parent, row))]
-    return root
+def merge_tree(forest: Forest) -> tuple[IntArray, IntArray]:
+    """Return the smallest id of each point's component, now and at the scale at which the point died, by point id.
+
+    The latter is the point's parent in the merge tree. Unions at one scale come in any order; it does not depend on it.
+    """
+    n = len(forest.death)
+    root, parent = np.empty(n, np.int64), np.empty(n, np.int64)
+    for point in range(n):
+        # An older point has a smaller id, so what is looked up is there already.
+        old = forest.into[index(point)]
+        if old == point:
+            root[index(point)] = parent[index(point)] = point
+            continue
+        at_once = forest.death[index(old)] == forest.death[index(point)]
+        parent[index(point)] = parent[index(old)] if at_once else old
+        root[index(point)] = root[index(old)]
+    return root, parent
 
 
 @inlined
@@ -200,16 +222,17 @@ def wait(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignor
 
 
 @kernel
-def nearest_in_leaves(points: FloatArray, n_leaves: int) -> FloatArray:
+def nearest_in_leaves(leaves: Leaves, n_leaves: int) -> FloatArray:
     """Return, sorted, the squared distances to the nearest point of the same leaf, for the points of some leaves."""
-    total = (len(points) + LEAF - 1) // LEAF
+    points, order, total = leaves.points, leaves.order, len(leaves.blur)
     nearest = np.full(n_leaves * LEAF, np.inf)
     for sample in range(n_leaves):
         start = sample * total // n_leaves * LEAF
-        stop = min(start + LEAF, len(points))
+        stop = min(start + LEAF, len(order))
         for i in range(start, stop):
             for j in range(start, stop):
-                dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+                p, q = order[i], order[j]
+                dx, dy, dz = points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2]
                 d2 = dx * dx + dy * dy + dz * dz
                 if i != j and d2 < nearest[sample * LEAF + i - start]:
                     nearest[sample * LEAF + i - start] = d2

@@ -19,11 +19,11 @@ def find(parent, row):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def unite(parent, size, elder, death, a, b, scale):  # type: ignore[no-untyped-def]
+def unite(parent, size, elder, death, into, a, b, scale):  # type: ignore[no-untyped-def]
     """Unite the components of rows `a` and `b` at `scale`; return whether they were two.
 
     `elder[root]` is the smallest point id of a component. The component with the larger one dies: its
-    `death`, which is indexed by point id, becomes `scale` (elder rule; all births are equal).
+    `death` becomes `scale` (elder rule; all births are equal) and `into` the smaller one; both are indexed by point id.
     """
     a, b = find(parent, a), find(parent, b)
     if a == b:
@@ -33,7 +33,8 @@ def unite(parent, size, elder, death, a, b, scale):  # type: ignore[no-untyped-d
     p, q = index(a), index(b)
     parent[q] = a
     size[p] += size[q]
-    young = max(elder[p], elder[q])
-    elder[p] = min(elder[p], elder[q])
+    young, old = max(elder[p], elder[q]), min(elder[p], elder[q])
+    elder[p] = old
     death[index(young)] = scale
+    into[index(young)] = old
     return True

@@ -130,7 +130,7 @@ def _grow(
 
 def _first_bucket(leaves: Leaves) -> int:
     """Bucket of a scale below which few points have neighbors; all shorter edges are taken in one go."""
-    nearest = nearest_in_leaves(leaves.points, min(256, len(leaves.blur)))
+    nearest = nearest_in_leaves(leaves, min(256, len(leaves.blur)))
     nearest = nearest[np.isfinite(nearest)]
     if len(nearest) == 0:
         return 0
