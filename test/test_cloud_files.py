@@ -111,7 +111,7 @@ PCD = (
         ("a.pcd", PCD.format(fields="x y w", width=1, points=1) + "1 2 3\n", "has no z"),
         ("a.pcd", PCD.format(fields="x y z", width=3, points=2) + "1 2 3\n4 5 6\n", "claims 3 x 1"),
         ("a.pcd", PCD.format(fields="x y z", width=2, points=2).replace("ascii", "binary") + "abc", "cannot be read"),
-        ("a.pcd", PCD.format(fields="x y z", width=3, points=3) + "1 2 3\n" * 3, "more than max_points = 2"),
+        ("a.pcd", PCD.format(fields="x y z", width=3, points=3) + "1 2 3\n" * 3, "max_points allows (2); raise it"),
     ],
 )
 def test_errors_name_the_file_and_the_reason(name, content, why, tmp_path):

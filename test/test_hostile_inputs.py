@@ -27,7 +27,16 @@ ODD = "test_ros_hostile.py::test_odd_clouds_are_answered_as_the_pipeline_does"
 
 PROOFS: dict[int, tuple[str, tuple[str, ...]]] = {
     1: ("sizes whose product is absurd or wraps", (f"{CODEC}::test_clouds_too_large_are_refused_at_once", NODE)),
-    2: ("more points than max_points", (f"{CODEC}::test_clouds_too_large_are_refused_at_once", NODE)),
+    2: (
+        "more points than max_points",
+        (
+            f"{CODEC}::test_clouds_too_large_are_refused_at_once",
+            NODE,
+            "test_hostile_inputs.py::test_a_cloud_over_max_points_is_thinned_where_that_is_wanted",
+            "test_preprocessing.py::test_thinning_to_a_number_never_leaves_more",
+            "test_ros_hostile.py::test_a_cloud_over_max_points_is_thinned_and_answered_whole",
+        ),
+    ),
     3: ("point_step 0 or too small", (f"{CODEC}::test_point_step_smaller_than_the_fields", NODE)),
     4: ("data cut short", (f"{CODEC}::test_data_cut_short", NODE)),
     5: ("data longer than needed", (f"{CODEC}::test_data_longer_than_needed", ODD)),
@@ -307,6 +316,26 @@ def test_a_dense_ball_stays_small_and_quick() -> None:
     assert (seg.labels == 1).all()
     assert peak < 64e6, "a list of the 2e8 pairs would take gigabytes"
     assert took < 20
+
+
+def test_a_cloud_over_max_points_is_thinned_where_that_is_wanted() -> None:
+    xyz = np.concatenate([patch(60), patch(60) + [0.0, 0.3, 0.0], np.full((10, 3), np.nan), [[20.0, 0.0, 0.0]]])
+    cloud = colored(xyz)
+    free = Params(voxel_size=0.0, normal_radius=0.05, max_radius=0.03)
+    params = free.replace(max_points=2000, over_max_points="thin")
+    assert (params.point_limit, params.replace(over_max_points="reject").point_limit) == (8000, 2000)
+    said: list[str] = []
+    seg = Pipeline(params).run(cloud, lambda code, text: said.append(f"{code}: {text}"))
+    assert 500 < len(seg.index) <= 2000
+    np.testing.assert_array_equal(seg.labels, Pipeline(free).run(cloud).labels)
+    assert seg.regions.size.tolist() == [3600, 3600], "counted in points of the input"
+    (line,) = said
+    assert line.startswith("thinned: of 7211 points, 7200 were left after the crop, more than max_points = 2000")
+    assert f"thinned to {len(seg.index)} with voxels of " in line
+    said.clear()
+    Pipeline(params.replace(max_points=7200)).run(cloud, lambda code, text: said.append(text))
+    Pipeline(free).run(cloud, lambda code, text: said.append(text))
+    assert not said
 
 
 def test_contradictory_parameters_name_their_values() -> None:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from topo_region_seg.params import Params
 from topo_region_seg.stages.crop import crop
 from topo_region_seg.stages.floor import above, find_floor
-from topo_region_seg.stages.thinning import thin
+from topo_region_seg.stages.thinning import thin, thin_for, thin_to
 
 
 def test_crop_drops_what_is_not_a_point() -> None:
@@ -98,6 +98,50 @@ def test_thinning_keeps_one_mean_per_voxel() -> None:
         assert thinned.first[voxel] == members.min()
         np.testing.assert_allclose(thinned.xyz[voxel], xyz[members].mean(axis=0))
         np.testing.assert_allclose(thinned.rgb[voxel], rgb[members].mean(axis=0), atol=0.5)
+
+
+def sheet(side: int) -> np.ndarray:
+    x, y = (0.002 * grid.ravel() for grid in np.meshgrid(np.arange(side), np.arange(side)))
+    return np.column_stack([x - 0.001 * side, y - 0.001 * side, np.full(x.size, 1.0)])
+
+
+CROWDS = {
+    "sheet": sheet(60),
+    "identical": np.full((500, 3), 2.0),
+    "line": np.outer(np.arange(800.0), [0.001, -0.002, 0.003]),
+    "around the sensor": np.random.default_rng(0).normal(size=(900, 3)),
+    "tiny": 1e-300 * np.random.default_rng(0).random((500, 3)),
+    "a speck and a far point": np.concatenate([1e-4 * np.random.default_rng(0).random((500, 3)), [[900.0, 0, 0]]]),
+    "ever smaller": 0.97 ** np.arange(900.0)[:, None] * [1.0, -1.0, 1.0],
+}
+
+
+@pytest.mark.parametrize("name", CROWDS)
+@pytest.mark.parametrize("most", [1, 2, 7, 100])
+def test_thinning_to_a_number_never_leaves_more(name: str, most: int) -> None:
+    xyz = CROWDS[name]
+    thinned = thin_to(xyz, None, most)
+    assert 1 <= len(thinned.xyz) <= most
+    assert thinned.voxel.max() == len(thinned.xyz) - 1
+    assert thinned.weight.sum() == len(xyz)
+    assert np.abs(thinned.xyz[thinned.voxel] - xyz).max() <= thinned.edge
+
+
+def test_thinning_to_a_number_leaves_a_good_part_of_it() -> None:
+    for most in (300, 1000, 2500):
+        assert len(thin_to(sheet(60), None, most).xyz) > most / 3
+
+
+def test_a_cloud_is_thinned_to_max_points_only_where_that_is_wanted_and_needed() -> None:
+    xyz = sheet(60)
+    rejecting, enough = Params(voxel_size=0.0, max_points=1000), Params(voxel_size=0.0, max_points=3600)
+    assert thin_for(rejecting, xyz, None) is None
+    assert thin_for(enough.replace(over_max_points="thin"), xyz, None) is None
+    for voxel_size, wider in ((0.0, True), (0.001, True), (0.006, False)):
+        thinned = thin_for(rejecting.replace(over_max_points="thin", voxel_size=voxel_size), xyz, None)
+        assert thinned is not None
+        assert len(thinned.xyz) <= 1000
+        assert (thinned.edge > voxel_size) == wider
 
 
 def test_thinning_a_wide_cloud_does_not_overflow() -> None:

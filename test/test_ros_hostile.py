@@ -196,6 +196,22 @@ def test_odd_clouds_are_answered_as_the_pipeline_does(
     assert answer.header.frame_id == msg.header.frame_id
 
 
+def test_a_cloud_over_max_points_is_thinned_and_answered_whole(client: Client, node: NodeProcess) -> None:
+    thinning = {**FLAT, "max_points": 1000, "over_max_points": "thin", "normal_radius": 0.05, "max_radius": 0.05}
+    assert client.set_atomically(thinning).successful
+    msg = good()
+    answers = [label_column(client.ask(msg)) for _ in range(2)]
+    expected = Pipeline(Params(**thinning)).run(decode(msg, max_points=10**6))
+    assert len(expected.index) <= 1000 < np.count_nonzero(expected.labels)
+    for labels in answers:
+        np.testing.assert_array_equal(labels, expected.labels)
+    assert node.log.count("[thinned] of 3072 points") == 1, "said once"
+    before = node.log.count("[too_many_points]")
+    assert client.set_parameters({"max_points": 700})[0].successful
+    client.publish(msg)  # more than four times as many
+    until(lambda: node.log.count("[too_many_points]") > before, "the rejection")
+
+
 def test_bytes_that_are_no_message_end_nothing(client: Client) -> None:
     whole = serialize_message(good())
     rng = np.random.default_rng(3)

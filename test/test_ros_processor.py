@@ -35,7 +35,7 @@ class Logger:
 
 
 class FailingPipeline(Pipeline):
-    def run(self, cloud: Any) -> Any:
+    def run(self, cloud: Any, warn: Any = None) -> Any:
         raise ZeroDivisionError("a defect")
 
 

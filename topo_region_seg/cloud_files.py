@@ -52,7 +52,8 @@ def read_cloud(path: str | Path, *, max_points: int) -> Cloud:
     n = len(columns["x"])
     if n > max_points:
         raise CloudFileError(
-            f"{path}: {n} points are more than max_points = {max_points}; raise it with --set max_points"
+            f"{path}: {n} points are more than max_points allows ({max_points}); "
+            "raise it with --set max_points, or --set over_max_points=thin"
         )
     if height * width != n:
         raise CloudFileError(f"{path}: holds {n} points, but claims {width} x {height}; the file is damaged")

@@ -99,7 +99,7 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn) -> Layout:
     _check_places(needed, point_step)
 
     if points > max_points:
-        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points = {max_points}")
+        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
     row_step = _row_step(height, width, point_step, row_step, size, warn)
     _check_stamp(msg)
     return Layout(
@@ -134,7 +134,7 @@ def check_field(msg: Any, size: int, name: str, *, max_points: int, warn: Warn) 
         raise CloudFormatError("field_count", f"field '{name}' has count {found[0].count}")
     _check_places({name: found[0]}, int(msg.point_step))
     if height * width > max_points:
-        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points = {max_points}")
+        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
     row_step = _row_step(height, width, int(msg.point_step), int(msg.row_step), size, warn) if height * width else 0
     _check_stamp(msg)
     return found[0], row_step

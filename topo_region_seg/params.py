@@ -17,6 +17,10 @@ from typing import Any, TypeVar
 
 P = TypeVar("P", bound="ParameterTable")
 
+THINNABLE = 4
+"""How many times `max_points` a cloud may have that is thinned: to thin it takes about as much memory as to segment
+`max_points`."""
+
 
 class ParameterError(ValueError):
     """A parameter has an unknown name, a wrong type or a value out of range; the message says which and why."""
@@ -104,7 +108,15 @@ class Params(ParameterTable):
     drop_zeros: bool = parameter(
         True, "take points at exactly (0, 0, 0) as 'no depth', as several drivers publish them"
     )
-    max_points: int = parameter(4_000_000, "clouds with more points than this are rejected", low=1, high=100_000_000)
+    max_points: int = parameter(
+        4_000_000, "clouds of more points are rejected or thinned, see over_max_points", low=1, high=100_000_000
+    )
+    over_max_points: str = parameter(
+        "reject",
+        "what happens to clouds of more than max_points: they are rejected, or thinned with wider voxels until at most "
+        f"so many are left; more than {THINNABLE} times as many are always rejected",
+        choices=("reject", "thin"),
+    )
     remove_floor: bool = parameter(
         True, "remove the dominant plane (table, floor) and what lies behind it, if it is large enough to carry objects"
     )
@@ -176,6 +188,11 @@ class Params(ParameterTable):
                 )
         if self.crop_box and not all(self.crop_box[i] < self.crop_box[i + 3] for i in range(3)):
             raise ParameterError(f"crop_box {list(self.crop_box)}: each minimum must be less than its maximum")
+
+    @property
+    def point_limit(self) -> int:
+        """Points of the largest cloud that is not rejected."""
+        return self.max_points * (THINNABLE if self.over_max_points == "thin" else 1)
 
     @property
     def uses_color(self) -> bool:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -23,7 +23,7 @@ from topo_region_seg.stages.homogeneity import homogeneity_channels
 from topo_region_seg.stages.normals import estimate_normals
 from topo_region_seg.stages.regions import describe_regions, number_regions
 from topo_region_seg.stages.small_regions import settle_small_regions
-from topo_region_seg.stages.thinning import thin
+from topo_region_seg.stages.thinning import thin_for
 
 
 class MissingColorError(ValueError):
@@ -36,8 +36,15 @@ class Pipeline:
     def __init__(self, params: Params | None = None) -> None:
         self.params = params or Params()
 
-    def run(self, cloud: Cloud) -> Segmentation:
+    def run(self, cloud: Cloud, warn: Callable[[str, str], None] | None = None) -> Segmentation:
         """Segment a cloud.
+
+        Parameters
+        ----------
+        cloud : Cloud
+            As decoded, invalid points included.
+        warn : callable, optional
+            Called with (code, text) where the cloud had to be thinned to `max_points`.
 
         Raises
         ------
@@ -59,7 +66,9 @@ class Pipeline:
                 kept = above(xyz, plane, params.floor_distance)
                 rows, xyz = rows[kept], gather(xyz, kept)
         with clock("thinning"):
-            points = _Points(rows, xyz, None if cloud.rgb is None else cloud.rgb[rows], params.voxel_size)
+            points = _Points(rows, xyz, None if cloud.rgb is None else cloud.rgb[rows], params)
+        if warn is not None and points.edge > params.voxel_size:
+            warn("thinned", _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params))
         with clock("color"):
             lab = srgb_to_lab(points.rgb) if points.rgb is not None and params.uses_color else None
         with clock("normals"):
@@ -108,10 +117,11 @@ def kernel_cache() -> str:
 class _Points:
     """The points that the filtration sees, and the input rows that each one stands for."""
 
-    def __init__(self, rows: IntArray, xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel_size: float) -> None:
+    def __init__(self, rows: IntArray, xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, params: Params) -> None:
         self._rows = rows
-        if voxel_size > 0.0 and len(rows):
-            thinned = thin(xyz, rgb, voxel_size)
+        thinned = thin_for(params, xyz, rgb)
+        self.edge = 0.0 if thinned is None else thinned.edge
+        if thinned is not None:
             self.xyz, self.rgb, self.index = thinned.xyz, thinned.rgb, rows[thinned.first]
             self._stand_in: IntArray | None = thinned.voxel
             self.weight = thinned.weight
@@ -125,6 +135,13 @@ class _Points:
         full = np.zeros(n, np.uint32)
         full[self._rows] = labels if self._stand_in is None else labels[self._stand_in]
         return full
+
+
+def _thinning_text(given: int, kept: int, left: int, edge: float, params: Params) -> str:
+    return (
+        f"of {given} points, {kept} were left after the crop, more than max_points = {params.max_points}: thinned to "
+        f"{left} with voxels of {1e3 * edge:.3g} mm, whose labels all their points get"
+    )
 
 
 def _barcode(xyz: FloatArray, components: Components, labels: npt.NDArray[np.uint32], params: Params) -> Barcode:

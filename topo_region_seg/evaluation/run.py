@@ -87,7 +87,7 @@ def evaluate(
 def _evaluate(
     task: Task, reader: BagReader, result: BagResult, step: Callable[[], None], stopped: Callable[[], bool]
 ) -> None:
-    source, limit = task.source, task.params.max_points
+    source, limit = task.source, task.params.point_limit
     topic = _topic(reader, source)
     truth = find_truth(reader, source, limit)
     result.topic, result.truth = topic.name, truth.topic  # empty where there is nothing to measure
@@ -117,7 +117,7 @@ def _measure(record: Record, topic: Topic, truth: Truth, pipeline: Pipeline, rec
             result.without_truth += 1
             return
         started = time.perf_counter() - read
-        cloud = decode(msg, max_points=pipeline.params.max_points)
+        cloud = decode(msg, max_points=pipeline.params.point_limit)
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         decoded = time.perf_counter()
@@ -145,7 +145,7 @@ def _segmented(cloud: Cloud, pipeline: Pipeline) -> tuple[LabelArray, dict[str, 
 
 
 def _recorded(msg: Any, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float]]:
-    return labels_of(msg, max_points=pipeline.params.max_points), {}
+    return labels_of(msg, max_points=pipeline.params.point_limit), {}
 
 
 def _topic(reader: BagReader, source: Source) -> Topic:

@@ -112,7 +112,7 @@ class Replay:
         with self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = given.msg.header.stamp.sec + given.msg.header.stamp.nanosec * 1e-9
-            given.cloud = decode(given.msg, max_points=self._pipeline.params.max_points, warn=self._warn_once)
+            given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
         given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
 
@@ -121,7 +121,7 @@ class Replay:
         if given.cloud is not None:
             started = time.perf_counter()
             with self._rejections(given):
-                seg = self._pipeline.run(given.cloud)
+                seg = self._pipeline.run(given.cloud, self._warn_once)
             given.run_ms = 1e3 * (time.perf_counter() - started)
         return seg
 

@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     """Segment the cloud, print its regions and write what was asked for."""
     from topo_region_seg.cloud_files import check_output, read_cloud, write_labeled_cloud
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
-    from topo_region_seg.tools.console import check_writable, output, waiting
+    from topo_region_seg.tools.console import check_writable, note, output, waiting
     from topo_region_seg.tools.tables import region_table, stage_line
 
     params = params_from(args)
@@ -42,11 +42,11 @@ def run(args: argparse.Namespace) -> int:
     for picture in (args.barcode, args.picture):
         if picture:
             check_writable(picture, PICTURES)
-    cloud = read_cloud(args.cloud, max_points=params.max_points)
+    cloud = read_cloud(args.cloud, max_points=params.point_limit)
     with waiting("loading the kernels; the first time they are compiled"):
         warm_up()
     try:
-        seg = Pipeline(params).run(cloud)
+        seg = Pipeline(params).run(cloud, lambda code, text: note(f"note: {text} ({code})"))
     except MissingColorError as error:
         raise ToolError(f"{args.cloud}: {error}") from None
     if len(seg.regions):
