@@ -38,9 +38,7 @@ def killed(command: list[str], longest: float, moment: random.Random) -> bool:
 
 
 @pytest.mark.parametrize("name", ["out.mcap", "out"])
-def test_a_replay_killed_at_any_moment_leaves_no_torn_recording(
-    name: str, warm_kernels: None, tmp_path: Path
-) -> None:
+def test_a_replay_killed_at_any_moment_leaves_no_torn_recording(name: str, warm_kernels: None, tmp_path: Path) -> None:
     moment = random.Random(1)
     out, summary = tmp_path / name, tmp_path / "out.json"
     folder = name == "out"
