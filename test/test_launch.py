@@ -9,11 +9,14 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from launch_stub import Made, run
 
 from topo_region_seg.messages import region_markers
+from topo_region_seg.palette import palette
+from topo_region_seg.stages.color import srgb_to_lab
 
 ROOT = Path(__file__).resolve().parent.parent
 ONE, TWO = (ROOT / "launch" / f"{name}.launch.py" for name in ("region_segmentation", "two_cameras"))
@@ -88,13 +91,25 @@ def test_two_cameras_pass_only_arguments_that_one_camera_has() -> None:
 def test_rviz_shows_topics_and_markers_that_the_node_publishes() -> None:
     displays = yaml.safe_load(RVIZ.read_text(encoding="utf-8"))["Visualization Manager"]["Displays"]
     topics = {display["Name"]: display["Topic"]["Value"] for display in displays}
-    assert topics == {"Labels": "labeled_points", "Camera colors": "labeled_points", "Regions": "region_markers"}
-    labels, _, regions = displays
-    assert (labels["Color Transformer"], labels["Channel Name"]) == ("Intensity", "label")
+    assert topics == {"Labels": "region_colors", "Camera colors": "labeled_points", "Regions": "region_markers"}
+    labels, camera, regions = displays
+    # An Intensity transformer would give label 0 the bright end of its rainbow.
+    assert labels["Color Transformer"] == camera["Color Transformer"] == "RGB8"
+    assert [display["Enabled"] for display in displays] == [True, False, True]
+    publishers = (ROOT / "topo_region_seg" / "ros" / "publishers.py").read_text(encoding="utf-8")
+    assert all(re.search(rf'self\._create\(\w+, "{topic}"\)', publishers) for topic in topics.values())
     source = Path(region_markers.__code__.co_filename).read_text(encoding="utf-8")
     drawn = set(re.findall(r'types, header, "(\w+)", ', source))
     assert set(regions["Namespaces"]) == drawn
     assert all(regions["Namespaces"].values())
+
+
+def test_unlabeled_points_are_dark_and_yet_visible_in_rviz() -> None:
+    view = yaml.safe_load(RVIZ.read_text(encoding="utf-8"))["Visualization Manager"]["Global Options"]
+    background = np.array([[int(part) for part in view["Background Color"].split(";")]], np.uint8)
+    lightness = srgb_to_lab(np.concatenate([background, palette()]))[:, 0]
+    assert lightness[0] + 8 < lightness[1] < 25
+    assert lightness[2:].min() > lightness[1] + 20
 
 
 @pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)

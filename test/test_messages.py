@@ -52,6 +52,23 @@ def test_labeled_points_keep_header_order_and_color(segmented):
     assert table["label"][5] == table["label"][6] == 0
 
 
+def test_region_colors_are_those_of_the_boxes_and_dark_without_a_region(segmented):
+    msg, cloud, seg = segmented
+    out = messages.region_colors(TYPES, msg, cloud, seg)
+    usual = messages.labeled_points(TYPES, msg, cloud, seg)
+    assert (out.header, out.height, out.width, out.fields) == (usual.header, usual.height, usual.width, usual.fields)
+    for name in ("x", "y", "z", "label"):
+        np.testing.assert_array_equal(columns(out)[name], columns(usual)[name])
+    bits = np.ascontiguousarray(columns(out)["rgb"]).view("<u4")
+    rgb = np.column_stack([bits >> 16, bits >> 8 & 255, bits & 255])
+    assert (rgb[seg.labels == 0] == 48).all()
+    boxes = [m for m in messages.region_markers(TYPES, header(), seg).markers if m.ns == "boxes"]
+    assert len(boxes) == len(seg.regions) > 1
+    for box in boxes:
+        color = 255 * np.array([box.color.r, box.color.g, box.color.b])
+        np.testing.assert_allclose(rgb[seg.labels == box.id] - color, 0.0, atol=1e-3)
+
+
 def test_region_rows(segmented):
     _, _, seg = segmented
     out = messages.regions(TYPES, header(), seg)
@@ -98,6 +115,7 @@ def test_everything_serializes(segmented):
     msg, cloud, seg = segmented
     for kind, made in (
         (CLOUD, messages.labeled_points(TYPES, msg, cloud, seg)),
+        (CLOUD, messages.region_colors(TYPES, msg, cloud, seg)),
         (CLOUD, messages.regions(TYPES, header(), seg)),
         (CLOUD, messages.barcode(TYPES, header(), seg)),
         ("std_msgs/msg/UInt32", messages.region_count(TYPES, seg)),

@@ -104,15 +104,20 @@ def test_a_cloud_without_a_valid_point_gets_label_0_everywhere(client: Client) -
     assert (answer.height, answer.width) == (3, 4)
 
 
-def test_regions_barcode_and_markers_arrive_while_somebody_subscribes(client: Client) -> None:
+def test_what_is_not_always_made_arrives_while_somebody_subscribes(client: Client) -> None:
     inboxes = {
         topic: client.collect(kind, topic)
-        for topic, kind in (("regions", PointCloud2), ("barcode", PointCloud2), ("region_markers", MarkerArray))
+        for topic, kind in (
+            ("regions", PointCloud2),
+            ("barcode", PointCloud2),
+            ("region_markers", MarkerArray),
+            ("region_colors", PointCloud2),
+        )
     }
     for topic in inboxes:
         until(lambda topic=topic: client.node.count_subscribers(topic), topic)
-    until(lambda: client.ask(sheets_message()) and all(inboxes.values()), "all three")
-    regions, bars, markers = (inboxes[topic][-1] for topic in ("regions", "barcode", "region_markers"))
+    until(lambda: client.ask(sheets_message()) and all(inboxes.values()), "all four")
+    regions, bars, markers, colored = (inbox[-1] for inbox in inboxes.values())
     names = [f.name for f in regions.fields]
     assert names[:5] == ["x", "y", "z", "label", "size"]
     assert {"persistence", "L", "a", "b", "normal_x"} <= set(names)
@@ -121,6 +126,8 @@ def test_regions_barcode_and_markers_arrive_while_somebody_subscribes(client: Cl
     assert bars.width == 40 * 80 - 40, "one bar a valid point"
     assert {m.ns for m in markers.markers} >= {"boxes", "labels"}
     assert regions.header == bars.header
+    assert [f.name for f in colored.fields] == ["x", "y", "z", "rgb", "label"]
+    assert set(np.unique(label_column(colored))) == {0, 1, 2}
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,19 @@ def pack_rgb(rgb: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
 
 def labeled_points(types: MessageTypes, msg: Any, cloud: Cloud, seg: Segmentation) -> Any:
     """Return the cloud of `msg` with x, y, z, rgb and `label`; header, height, width and order are those of `msg`."""
+    rgb = np.zeros(len(cloud), np.float32) if cloud.rgb is None else pack_rgb(cloud.rgb)
+    return _labeled(types, msg, cloud, seg, rgb)
+
+
+def region_colors(types: MessageTypes, msg: Any, cloud: Cloud, seg: Segmentation) -> Any:
+    """Return :func:`labeled_points` with the color of each label for rgb: that of the region's box, dark gray for 0.
+
+    RViz has no palette for labels: its rainbow gives 0 the bright color of a region, and neighbors nearly the same.
+    """
+    return _labeled(types, msg, cloud, seg, pack_rgb(colors(seg.labels)))
+
+
+def _labeled(types: MessageTypes, msg: Any, cloud: Cloud, seg: Segmentation, rgb: npt.NDArray[np.float32]) -> Any:
     xyz = np.asarray(cloud.xyz, np.float32)
     return encode(
         types,
@@ -58,7 +71,7 @@ def labeled_points(types: MessageTypes, msg: Any, cloud: Cloud, seg: Segmentatio
             "x": xyz[:, 0],
             "y": xyz[:, 1],
             "z": xyz[:, 2],
-            "rgb": np.zeros(len(cloud), np.float32) if cloud.rgb is None else pack_rgb(cloud.rgb),
+            "rgb": rgb,
             "label": np.asarray(seg.labels, np.uint32),
         },
         height=cloud.height,

@@ -27,9 +27,10 @@ class Outputs:
         self._regions = self._create(PointCloud2, "regions")
         self._barcode = self._create(PointCloud2, "barcode")
         self._region_markers = self._create(MarkerArray, "region_markers")
+        self._region_colors = self._create(PointCloud2, "region_colors")
 
     def publish(self, msg: PointCloud2, cloud: Cloud, seg: Segmentation) -> None:
-        """Publish what is known of the frame `msg`; the last three topics only while somebody subscribes to them."""
+        """Publish what is known of the frame `msg`; all but labels and count only while somebody subscribes."""
         types, header = self._types, msg.header
         self._labeled_points.publish(messages.labeled_points(types, msg, cloud, seg))
         self._region_count.publish(messages.region_count(types, seg))
@@ -39,6 +40,8 @@ class Outputs:
             self._barcode.publish(messages.barcode(types, header, seg))
         if self._region_markers.get_subscription_count():
             self._region_markers.publish(messages.region_markers(types, header, seg))
+        if self._region_colors.get_subscription_count():
+            self._region_colors.publish(messages.region_colors(types, msg, cloud, seg))
 
     def destroy(self) -> None:
         """Remove the topics."""
@@ -48,6 +51,7 @@ class Outputs:
             self._regions,
             self._barcode,
             self._region_markers,
+            self._region_colors,
         ):
             self._node.destroy_lifecycle_publisher(publisher)
 
