@@ -22,6 +22,7 @@ def generate_launch_description() -> LaunchDescription:
     one_camera = PathJoinSubstitution([share, "launch", "region_segmentation.launch.py"])
     entities = [
         DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
+        DeclareLaunchArgument("use_sim_time", default_value="false", description="true = time comes from /clock"),
         DeclareLaunchArgument("rviz", default_value="false", description="true = an RViz for each (package rviz2)"),
     ]
     for side in SIDES:
@@ -42,6 +43,7 @@ def generate_launch_description() -> LaunchDescription:
                     "params_file": LaunchConfiguration(f"{side}_params_file"),
                     "fixed_frame": LaunchConfiguration(f"{side}_frame"),
                     "log_level": LaunchConfiguration("log_level"),
+                    "use_sim_time": LaunchConfiguration("use_sim_time"),
                     "rviz": LaunchConfiguration("rviz"),
                 }.items(),
             ),

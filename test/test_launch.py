@@ -35,6 +35,7 @@ ARGUMENTS = {
     },
     TWO: {
         "log_level",
+        "use_sim_time",
         "rviz",
         *(f"{side}_{name}" for side in ("left", "right") for name in ("namespace", "input", "params_file", "frame")),
     },
@@ -84,6 +85,8 @@ def test_two_cameras_pass_only_arguments_that_one_camera_has() -> None:
     assert len(includes) == 2
     passed = [dict(include.keywords["launch_arguments"]) for include in includes]
     assert all(set(arguments) <= ARGUMENTS[ONE] for arguments in passed)
+    shared = {"log_level", "use_sim_time", "rviz"}
+    assert all(arguments[name].args == (name,) for arguments in passed for name in shared)
     namespaces = [arguments["namespace"].args[0] for arguments in passed]
     assert namespaces == ["left_namespace", "right_namespace"]
 

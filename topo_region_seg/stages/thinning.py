@@ -69,7 +69,7 @@ def thin_to(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, most: int, voxel
         sensor frame, whose planes part the points whatever the edge is, eight voxels could not become one.
     """
     inside = xyz - xyz.min(axis=0)
-    edge = max(voxel_size, float(inside.max()) * 2.0**-15, FINEST_EDGE)
+    edge = max(voxel_size, float(np.max(inside)) * 2.0**-15, FINEST_EDGE)
     too_small = edge
     for attempt in count(1):
         voxel, first = number_voxels(inside, edge)
