@@ -29,17 +29,19 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
     death = np.random.default_rng(0).uniform(1e-3, 0.02, n)
     _, first = np.unique(labels, return_index=True)
     death[first] = np.inf
+    root = first[np.unique(labels, return_inverse=True)[1]].astype(np.int64)
     rows = np.zeros((regions, 3))
     table = RegionTable(np.full(regions, n // max(regions, 1)), rows, rows, rows, rows, rows, np.zeros(regions))
     return Segmentation(
         labels=labels,
         regions=table,
         barcode=Barcode(np.zeros((n, 3)), np.zeros(n), death, labels, 10, 0.02),
-        components=Components(first[np.unique(labels, return_inverse=True)[1]].astype(np.int64), death, 0.02),
+        components=Components(root, root, death, 0.02),
         index=np.arange(n),
         features=Features(None, None),
         plane=None,
         params=Params(),
+        scales=None,  # type: ignore[arg-type]  # is not cut
         ms={"filtration": 12.0},
     )
 

@@ -18,7 +18,7 @@ from topo_region_seg.kernels.leaf_pairs import Edges
 from topo_region_seg.kernels.rips import Forest, unite_edges, __file__ as home
 assert home.startswith({home!r})
 two = np.arange(2)
-forest = Forest(two.copy(), np.ones(2, np.int64), two.copy(), np.full(2, np.inf), two, two)
+forest = Forest(two.copy(), np.ones(2, np.int64), two.copy(), np.full(2, np.inf), two.copy(), two, two)
 unite_edges(forest, Edges(np.array([4.0]), two[:1], two[1:]), two[:1])
 print(forest.death[1])
 """

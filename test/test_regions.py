@@ -115,7 +115,9 @@ def test_properties_of_regions() -> None:
     labels = rng.integers(0, 5, n).astype(np.uint32)
     weight = rng.integers(1, 4, n)
     death = np.where(rng.random(n) < 0.2, np.inf, rng.random(n) * 0.02)
-    table = describe_regions(xyz, Features(lab, normals), labels, weight, Components(np.zeros(n, int), death, 0.02))
+    table = describe_regions(
+        xyz, Features(lab, normals), labels, weight, Components(np.zeros(n, int), np.zeros(n, int), death, 0.02)
+    )
     assert len(table) == 4
     for region in table:
         mine = labels == region.label
@@ -136,7 +138,7 @@ def test_no_regions() -> None:
         Features(None, None),
         np.zeros(3, np.uint32),
         np.ones(3, int),
-        Components(np.zeros(3, int), np.zeros(3), 1.0),
+        Components(np.zeros(3, int), np.zeros(3, int), np.zeros(3), 1.0),
     )
     assert len(table) == 0
     assert list(table) == []

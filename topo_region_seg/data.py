@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -74,12 +74,14 @@ class Features:
 
 @dataclass(frozen=True)
 class Components:
-    """H0 of the filtration (paper, sections IV.B and IV.D).
+    """H0 of the filtration (paper, sections IV.B and IV.D), and its merge tree.
 
     Parameters
     ----------
     root : (N,) int64
         Smallest point id of the component of the point at `max_radius`.
+    parent : (N,) int64
+        Smallest point id of the component of the point at the scale of its death; the point itself for survivors.
     death : (N,) float64
         Scale at which the component represented by the point dies, metres; inf for survivors.
     max_radius : float
@@ -87,8 +89,46 @@ class Components:
     """
 
     root: IntArray
+    parent: IntArray
     death: FloatArray
     max_radius: float
+
+    def cut(self, radius: float | None = None, *, regions: int | None = None) -> Components:
+        """Return the components at a smaller scale, the same as those of a filtration that ends there.
+
+        Parameters
+        ----------
+        radius : float, optional
+            The scale, metres, 0 to `max_radius`.
+        regions : int, optional
+            Instead of `radius`: the largest scale with at least so many components; of those with the most, where
+            there are never as many.
+
+        Raises
+        ------
+        ValueError
+            If not one of the two is given, or `radius` is out of range.
+        """
+        if (radius is None) == (regions is None):
+            raise ValueError("give either radius or regions")
+        if radius is None:
+            radius = self._scale_of(int(regions or 0))
+        elif not 0.0 <= radius <= self.max_radius:
+            raise ValueError(f"radius is {radius}, must be between 0 and max_radius, {self.max_radius}")
+        dead, ids = self.death <= radius, np.arange(len(self.death))
+        parent = np.where(dead, self.parent, ids)
+        root = parent
+        while (root != (above := root[root])).any():
+            root = above
+        return Components(root, parent, np.where(dead, self.death, np.inf), float(radius))
+
+    def _scale_of(self, regions: int) -> float:
+        death = np.sort(self.death)
+        # The first death that there must not be; what coincides is one at every scale.
+        place = max(len(death) - regions, int(np.searchsorted(death, 0.0, side="right")))
+        if place >= len(death) or np.isinf(death[place]):
+            return self.max_radius
+        return float(np.nextafter(death[place], 0.0))
 
     def scales(self, steps: int) -> FloatArray:
         """Return the scales r_1..r_S of a filtration of `steps` steps, shape (steps,), metres."""
@@ -198,6 +238,18 @@ class RegionTable:
         )
 
 
+class Scales(Protocol):
+    """A filtration of which every scale can be had."""
+
+    def at(self, radius: float) -> Segmentation:
+        """Return the segmentation at a scale, metres."""
+        ...
+
+    def radius_of(self, regions: int) -> float:
+        """Return a scale with at least so many regions, metres."""
+        ...
+
+
 @dataclass(frozen=True)
 class Segmentation:
     """The result for one cloud.
@@ -220,6 +272,8 @@ class Segmentation:
         The removed support plane.
     params : Params
         The parameters used.
+    scales : Scales
+        The filtration, from which `cut` makes the regions of other scales.
     ms : dict of str to float
         Milliseconds per stage, in order of execution.
     """
@@ -232,4 +286,36 @@ class Segmentation:
     features: Features
     plane: Plane | None
     params: Params
+    scales: Scales = field(repr=False)
     ms: dict[str, float] = field(default_factory=dict)
+
+    def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
+        """Return the segmentation at another scale of the same filtration.
+
+        Labels and regions are those of a new run with `max_radius` set to the scale; components and barcode remain
+        those of the whole filtration, so that any result may be cut again.
+
+        Parameters
+        ----------
+        radius : float, optional
+            The scale, metres, above 0 up to `max_radius`.
+        regions : int, optional
+            Instead of `radius`: the largest scale up to `max_radius` with at least so many regions, counted when small
+            ones have been settled. Where these are merged, the count may rise as well as fall as the scale grows. Then
+            the scale is searched down from `max_radius` in growing steps and by halving: it has at least so many
+            regions and the next larger one has fewer, but a still larger one may have as many too. Where none is
+            found, the scale with the most regions of those looked at.
+
+        Returns
+        -------
+        Segmentation
+            Its ``params.radius`` is the scale.
+
+        Raises
+        ------
+        ValueError
+            If not one of the two is given, or `radius` is out of range.
+        """
+        if (radius is None) == (regions is None):
+            raise ValueError("give either radius or regions")
+        return self.scales.at(radius if radius is not None else self.scales.radius_of(int(regions or 0)))

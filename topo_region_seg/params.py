@@ -166,6 +166,13 @@ class Params(ParameterTable):
     max_radius: float = parameter(
         0.02, "largest scale of the Vietoris-Rips filtration (R)", unit="m", low=1e-6, high=10.0
     )
+    radius: float = parameter(
+        0.0,
+        "scale of the regions, up to max_radius; 0 = max_radius; the barcode always goes up to max_radius",
+        unit="m",
+        low=0.0,
+        high=10.0,
+    )
     filtration_steps: int = parameter(10, "steps of the filtration up to max_radius (S)", low=1, high=10_000)
 
     # Small regions (paper, section IV.E)
@@ -180,6 +187,7 @@ class Params(ParameterTable):
             ("min_range", "max_range"),
             ("min_color_threshold", "color_threshold"),
             ("min_angle_threshold", "angle_threshold"),
+            ("radius", "max_radius"),
         ):
             if getattr(self, small) > getattr(self, large):
                 raise ParameterError(
@@ -193,6 +201,11 @@ class Params(ParameterTable):
     def point_limit(self) -> int:
         """Points of the largest cloud that is not rejected."""
         return self.max_points * (THINNABLE if self.over_max_points == "thin" else 1)
+
+    @property
+    def scale(self) -> float:
+        """The scale of the regions, metres."""
+        return self.radius or self.max_radius
 
     @property
     def uses_color(self) -> bool:

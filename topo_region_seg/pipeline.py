@@ -4,25 +4,24 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.data import Barcode, Cloud, Components, Features, FloatArray, IntArray, Segmentation
+from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Segmentation
 from topo_region_seg.kernels.selection import gather
 from topo_region_seg.kernels.tree import position_tree, split_nodes
 from topo_region_seg.params import Params
+from topo_region_seg.stages.clock import Clock
 from topo_region_seg.stages.color import srgb_to_lab
 from topo_region_seg.stages.crop import crop
 from topo_region_seg.stages.filtration import filtration
 from topo_region_seg.stages.floor import above, find_floor
 from topo_region_seg.stages.homogeneity import homogeneity_channels
 from topo_region_seg.stages.normals import estimate_normals
-from topo_region_seg.stages.regions import describe_regions, number_regions
-from topo_region_seg.stages.small_regions import settle_small_regions
+from topo_region_seg.stages.scales import Filtered
 from topo_region_seg.stages.thinning import thin_for
 
 
@@ -56,7 +55,7 @@ class Pipeline:
             raise MissingColorError(
                 f"the cloud has no color, but features is '{params.features}'; set features to 'normals'"
             )
-        clock = _Clock()
+        clock = Clock()
         with clock("crop"):
             rows = crop(cloud.xyz, params)
             xyz = gather(cloud.xyz, rows)
@@ -77,23 +76,19 @@ class Pipeline:
         with clock("filtration"):
             channels = homogeneity_channels(points.xyz, lab, normals, params)
             components = filtration(channels, params, tree)
-        with clock("small_regions"):
-            region = settle_small_regions(channels, tree, components.root, points.weight, params)
-        with clock("regions"):
-            features = Features(lab, normals)
-            labels = number_regions(points.xyz, region, points.weight)
-            regions = describe_regions(points.xyz, features, labels, points.weight, components)
-        return Segmentation(
-            labels=points.carry_back(labels, len(cloud)),
-            regions=regions,
-            barcode=_barcode(points.xyz, components, labels, params),
-            components=components,
+        filtered = Filtered(
+            xyz=points.xyz,
+            weight=points.weight,
             index=points.index,
-            features=features,
+            carry_back=partial(points.carry_back, n=len(cloud)),
+            channels=channels,
+            tree=tree,
+            components=components,
+            features=Features(lab, normals),
             plane=plane,
             params=params,
-            ms=clock.ms,
         )
+        return filtered.segmentation(params, clock)
 
 
 def warm_up() -> None:
@@ -106,7 +101,7 @@ def warm_up() -> None:
     # Colors without order leave much to do, so that also what makes room for it is compiled.
     rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
-        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)))
+        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
 
 
 def kernel_cache() -> str:
@@ -142,27 +137,3 @@ def _thinning_text(given: int, kept: int, left: int, edge: float, params: Params
         f"of {given} points, {kept} were left after the crop, more than max_points = {params.max_points}: thinned to "
         f"{left} with voxels of {1e3 * edge:.3g} mm, whose labels all their points get"
     )
-
-
-def _barcode(xyz: FloatArray, components: Components, labels: npt.NDArray[np.uint32], params: Params) -> Barcode:
-    return Barcode(
-        xyz=xyz,
-        birth=np.zeros(len(xyz)),
-        death=components.death,
-        label=labels,
-        steps=params.filtration_steps,
-        max_radius=params.max_radius,
-    )
-
-
-class _Clock:
-    """Milliseconds per stage, in order."""
-
-    def __init__(self) -> None:
-        self.ms: dict[str, float] = {}
-
-    @contextmanager
-    def __call__(self, stage: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self.ms[stage] = (time.perf_counter() - start) * 1e3

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The regions at any scale of one filtration, cut from its merge tree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from topo_region_seg.data import Barcode, Components, Features, FloatArray, IntArray, LabelArray, Plane, Segmentation
+from topo_region_seg.kernels.region_counts import region_counts
+from topo_region_seg.kernels.tree import Tree
+from topo_region_seg.params import Params
+from topo_region_seg.stages.clock import Clock
+from topo_region_seg.stages.regions import describe_regions, number_regions
+from topo_region_seg.stages.small_regions import settle_small_regions
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """A cloud after its filtration: all that the regions of a scale are made from.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        The preprocessed points, metres.
+    weight, index : (N,) int64
+        How many input points each of them stands for, and the row of the first.
+    carry_back : callable
+        Makes the labels of all input points from those of the preprocessed ones.
+    channels : (N, 9) float64
+        Positions (m), colors and normals as the criterion compares them.
+    tree : Tree
+        Tree over the positions.
+    components : Components
+        The whole filtration, up to `max_radius`.
+    features : Features
+        Features of the preprocessed points.
+    plane : Plane or None
+        The removed support plane.
+    params : Params
+        The parameters of the run.
+    """
+
+    xyz: FloatArray
+    weight: IntArray
+    index: IntArray
+    carry_back: Callable[[LabelArray], LabelArray]
+    channels: FloatArray
+    tree: Tree
+    components: Components
+    features: Features
+    plane: Plane | None
+    params: Params
+
+    def at(self, radius: float) -> Segmentation:
+        """Return the segmentation at a scale, metres, above 0 up to `max_radius`."""
+        if not 0.0 < radius <= self.params.max_radius:
+            raise ValueError(f"radius is {radius}, must be above 0 and at most max_radius, {self.params.max_radius}")
+        return self.segmentation(self.params.replace(radius=float(radius)), Clock())
+
+    def segmentation(self, params: Params, clock: Clock) -> Segmentation:
+        """Return the segmentation at `params.scale`, other parameters being those of the run."""
+        with clock("small_regions"):
+            whole = params.scale == self.components.max_radius
+            components = self.components if whole else self.components.cut(params.scale)
+            region = self._settled(components)
+        with clock("regions"):
+            labels = number_regions(self.xyz, region, self.weight)
+            regions = describe_regions(self.xyz, self.features, labels, self.weight, components)
+        return Segmentation(
+            labels=self.carry_back(labels),
+            regions=regions,
+            barcode=self._barcode(labels),
+            components=self.components,
+            index=self.index,
+            features=self.features,
+            plane=self.plane,
+            params=params,
+            scales=self,
+            ms=clock.ms,
+        )
+
+    def radius_of(self, regions: int) -> float:
+        """Return a scale with at least so many regions, metres, as `Segmentation.cut` says."""
+        radius, large, most = self._candidates()
+        if self.params.small_regions == "remove":
+            enough = np.flatnonzero(large >= regions)
+            return float(radius[enough[-1] if len(enough) else np.flatnonzero(large == np.max(large))[-1]])
+        # Merging makes regions of small ones too; how many, only doing it can tell.
+        sure, possible = np.flatnonzero(large >= regions), np.flatnonzero(most >= regions)
+        low = int(sure[-1]) if len(sure) else 0
+        high = int(possible[-1]) if len(possible) else len(radius) - 1
+        found: dict[int, int] = {}
+
+        def enough_at(place: int) -> bool:
+            region = self._settled(self.components.cut(float(radius[place])))
+            found[place] = int(np.max(region, initial=-1)) + 1
+            return found[place] >= regions
+
+        place, above, step = high, high + 1, 1
+        while not (len(sure) and place == low) and not enough_at(place):
+            if place == low:
+                return float(radius[max(found, key=lambda one: (found[one], one))])
+            above, place, step = place, max(high - step, low), 2 * step
+        while above - place > 1:
+            middle = (place + above) // 2
+            if enough_at(middle):
+                place = middle
+            else:
+                above = middle
+        return float(radius[place])
+
+    def _candidates(self) -> tuple[FloatArray, IntArray, IntArray]:
+        """Return, for all scales that differ, the largest of those alike, and the least and largest count of regions.
+
+        All are (K,), the smallest scale first; the least count is that of components that are not small.
+        """
+        death, size = self.components.death, self.params.min_region_size
+        order = np.argsort(death, kind="stable")[: np.count_nonzero(np.isfinite(death))]
+        large, rest = region_counts(self.components.parent, order, self.weight, size)
+        radius = np.append(np.nextafter(death[order], 0.0), self.components.max_radius)
+        # Deaths at one scale come together, and those at 0, where points coincide, before every scale.
+        whole = (radius > 0.0) & (radius >= np.append(0.0, death[order]))
+        return radius[whole], large[whole], np.maximum(large + rest // size, 1)[whole]
+
+    def _settled(self, components: Components) -> IntArray:
+        return settle_small_regions(self.channels, self.tree, components.root, self.weight, self.params)
+
+    def _barcode(self, labels: LabelArray) -> Barcode:
+        return Barcode(
+            xyz=self.xyz,
+            birth=np.zeros(len(labels)),
+            death=self.components.death,
+            label=labels,
+            steps=self.params.filtration_steps,
+            max_radius=self.params.max_radius,
+        )
