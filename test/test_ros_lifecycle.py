@@ -13,8 +13,12 @@ import pytest
 
 pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
 
+import rclpy
 from lifecycle_msgs.msg import Transition
 from ros_harness import Client, NodeProcess, cloud_message, until
+
+from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.region_segmentation import RegionSegmentation
 
 CONFIG = Path(__file__).resolve().parent.parent / "config" / "region_segmentation.yaml"
 
@@ -104,6 +108,38 @@ def test_a_failing_activation_is_logged_and_leaves_the_node_inactive(
     assert client.state() == "inactive"
     assert client.change_state(Transition.TRANSITION_CLEANUP)
     assert node.stop() == 0
+
+
+def test_a_failing_deactivation_releases_everything_and_begins_anew(
+    ros_domain: int, client: Client, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    rclpy.init(domain_id=ros_domain + 50)
+    node = RegionSegmentation()
+    try:
+        node.trigger_configure()
+        node.trigger_activate()
+        assert node.state == "active"
+        until(lambda: client.node.count_subscribers("points"), "the subscription")
+        close, calls = Input.close, []
+
+        def fail_once(self: Input, timeout: float) -> bool:
+            calls.append(timeout)
+            if len(calls) == 1:
+                raise OSError("the middleware is gone")
+            return close(self, timeout)
+
+        monkeypatch.setattr(Input, "close", fail_once)
+        node.trigger_deactivate()
+        assert node.state == "unconfigured"
+        assert "deactivate failed: OSError: the middleware is gone" in capfd.readouterr().err
+        until(lambda: not client.node.count_subscribers("points"), "the subscription to go")
+        until(lambda: not client.node.count_publishers("labeled_points"), "the topics to go")
+        node.trigger_configure()
+        node.trigger_activate()
+        assert node.state == "active"
+    finally:
+        node.destroy_node()
+        rclpy.shutdown()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
