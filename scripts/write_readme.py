@@ -34,6 +34,12 @@ COMMANDS = {
         "evaluate tabletop_sim --json quality.json",
         "sweep tabletop_sim --set max_radius=0.01,0.02 --set angle_threshold=3,5,8 -o sweep",
     ),
+    "comparison": (
+        "replay tabletop_sim -o before.mcap > /dev/null",
+        "replay tabletop_sim -o after.mcap --set angle_threshold=8 > /dev/null",
+        "report after.mcap",
+        "compare before.mcap after.mcap --max-region-change 10 --picture changes.png",
+    ),
 }
 """What is run for each part of README.md that shows output."""
 
@@ -61,8 +67,9 @@ def tool_output(commands: Sequence[str]) -> str:
         write_labeled_cloud(Path(folder, "tabletop.pcd"), frame.cloud, frame.labels)
         shutil.copytree(ROOT / "bags" / "tabletop_sim", Path(folder, "tabletop_sim"))
         for command in commands:
+            wanted, silent, _ = command.partition(" > /dev/null")
             result = subprocess.run(
-                [sys.executable, "-m", "topo_region_seg", *command.split()],
+                [sys.executable, "-m", "topo_region_seg", *wanted.split()],
                 cwd=folder,
                 env={**os.environ, "COLUMNS": "100", "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": folder},
                 stdout=subprocess.PIPE,
@@ -70,11 +77,11 @@ def tool_output(commands: Sequence[str]) -> str:
                 text=True,
                 check=True,
             )
-            lines = [line.rstrip() for line in result.stdout.splitlines() if line.strip()]
+            lines = [] if silent else [line.rstrip() for line in result.stdout.splitlines() if line.strip()]
             rows = [number for number, line in enumerate(lines) if "■" in line]
             if rows[ROWS:]:
                 lines[rows[ROWS] : rows[-1] + 1] = ["   ..."]
-            shown += [f"$ topo_region_seg {command}", *lines, ""]
+            shown += [f"$ topo_region_seg {command}", *lines, *([] if silent else [""])]
     shown[-1] = "```"
     return "\n".join(shown) + "\n"
 

@@ -141,8 +141,14 @@ def test_a_barcode_summed_up_loses_no_bar():
     label = np.append(rng.integers(0, 4, 500), [1, 2, 3, 3, 0]).astype(np.uint32)
     found = summarized(Bars(death, label, anew=False), 0.02)
     assert sum(found["histogram"]) == 500
-    assert (found["total"], found["forever"], found["region_count"], found["regions"]) == (505, 5, 3, [1, 2, 3])
-    assert [bar[0] for bar in found["longest"]] == np.round(1e3 * np.sort(death[:500])[::-1][:40], 3).tolist()
+    assert (found["total"], found["forever"], found["region_count"]) == (505, 5, 3)
+    assert found["regions"] == [[1, None], [2, None], [3, None]]
+    assert [bar[0] for bar in found["longest"]] == np.round(1e3 * np.sort(death[:500])[::-1][:30], 3).tolist()
+
+
+def test_a_region_that_dies_shows_its_longest_bar():
+    bars = Bars(np.array([0.001, 0.004, 0.002, np.inf]), np.array([1, 1, 2, 2], np.uint32), anew=True)
+    assert summarized(bars, 0.02)["regions"] == [[1, 4.0], [2, None]]
 
 
 def unpacked(values, kind):

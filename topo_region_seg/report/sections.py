@@ -166,8 +166,9 @@ def closer(frames: Sequence[FrameContent]) -> str:
         f'<div class="controls" role="group" aria-label="Colors of the points">{modes}</div>'
         f'<div class="controls" role="group" aria-label="Turn and zoom">{acts}</div></figure>'
         '<div><figure id="bars"><svg role="img" aria-labelledby="bars-note"></svg></figure>'
-        '<p class="hint"><strong>Barcode of H0.</strong> <span id="bars-note"></span> Bars with an arrow never die: '
-        "they are the regions. The lower part counts, on a log scale, how many bars die at which scale.</p></div>"
+        '<p class="hint"><strong>Barcode of H0.</strong> <span id="bars-note"></span> The upper bars are the longest '
+        "of each region; those with an arrow never die. The lower part counts, on a log scale, how many bars die at "
+        "which scale.</p></div>"
         "</div></div>"
     )
 

@@ -78,9 +78,7 @@ def run(args: argparse.Namespace) -> int:
         if stamps:
             shown = ", ".join(f"{stamp:.3f}" for stamp in stamps[:5]) + (" ..." if len(stamps) > 5 else "")
             print(f"only in {name}: {len(stamps)} frame{'' if len(stamps) == 1 else 's'}, at {shown} s")
-    for name, value in sums.items():
-        if value is not None:
-            print(f"{name.replace('_', ' ')}: {value:g}")
+    print(_last_line(sums))
     if args.json:
         write_whole(args.json, json.dumps(_machine(found, sums, wrong), indent=1, allow_nan=False) + "\n")
         print(f"wrote {args.json}")
@@ -101,6 +99,22 @@ def run(args: argparse.Namespace) -> int:
 def _first_line(args: argparse.Namespace, found: Comparison) -> str:
     count, same = len(found.frames), sum(frame.changed == 0.0 for frame in found.frames)
     return f"{args.run_a} and {args.run_b}: {count} frames in both, {same} with the same regions"
+
+
+def _last_line(sums: dict[str, float | None]) -> str:
+    """Say in one line what the limits are set on."""
+    in_a_frame = {
+        "region_change": "{:g} regions more or fewer",
+        "changed": "{:.1%} of the points changed",
+        "wov": "WOv {:.3f}",
+        "ari": "ARI {:.3f}",
+    }
+    overall = {"ms_ratio": "{:.2f} times the time", "quality_loss": "true WOv less by {:.3f}"}
+    parts = []
+    for what, shown in (("worst of any frame", in_a_frame), ("overall", overall)):
+        known = [text.format(value) for name, text in shown.items() if (value := sums[name]) is not None]
+        parts += [f"{what}: {', '.join(known)}"] if known else []
+    return "; ".join(parts) or "nothing to compare"
 
 
 def _differences(a: Run, b: Run) -> list[str]:

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     from topo_region_seg.runs.truth import truth_of_run
     from topo_region_seg.tools.console import check_writable, note, progress, waiting, write_whole
 
-    output = args.output or args.run.resolve().with_suffix(".html")
+    output = args.output or beside(args.run)
     check_writable(output, (".html", ".htm"))
     found = open_run(args.run)
     count = len(found.record.frames)
@@ -60,6 +60,12 @@ def run(args: argparse.Namespace) -> int:
     print(f"{args.run}: {count} frames, {len(text.encode()) / 1e6:.1f} MB")
     print(f"wrote {output}")
     return status.FAILED if found.problems else status.DONE
+
+
+def beside(path: Path) -> Path:
+    """Return the page's default name: that of the file without its ending, or of the folder, with ``.html``."""
+    found = path.resolve()
+    return path.parent / f"{found.name if found.is_dir() else found.stem}.html"
 
 
 def chosen_frames(text: str, count: int) -> list[int]:

@@ -1,6 +1,6 @@
 "use strict";
 // The H0 barcode of a frame: bars of regions, the longest of those that die, and how many die where.
-const ROW = 7, BARS_LEFT = 62, BARS_RIGHT = 20, HISTOGRAM = 90;
+const ROW = 7, REGION_ROW = 10, BARS_LEFT = 62, BARS_RIGHT = 32, HISTOGRAM = 90;
 
 function regionColor(label) { return `rgb(${run.palette[label ? (label - 1) % (run.palette.length - 1) + 1 : 0].join(",")})`; }
 
@@ -9,20 +9,22 @@ function drawBarcode(figure, bars) {
   const x = (mm) => BARS_LEFT + Math.min(1, mm / bars.max_mm) * space;
   svg.replaceChildren();
   let y = 8;
-  const group = (rows, draw, name) => {
+  const group = (rows, height, draw, name) => {
     if (!rows.length) return;
     const top = y;
-    rows.forEach((row) => { draw(row, y + ROW / 2); y += ROW; });
+    rows.forEach((row) => { draw(row, y + height / 2); y += height; });
     name.forEach((line, i) => make("text", { class: "name", x: BARS_LEFT - 8, y: (top + y) / 2 + 4 + (i - (name.length - 1) / 2) * 14,
       "text-anchor": "end" }, svg, line));
     y += 8;
   };
-  group(bars.regions, (label, at) => {
-    const bar = make("path", { d: `M${x(0)},${at - 2.4}H${x(bars.max_mm) + 6}v-1.6l7,4l-7,4v-1.6H${x(0)}Z`, fill: regionColor(label),
+  group(bars.regions, REGION_ROW, ([label, death], at) => {
+    const end = death === null ? `H${x(bars.max_mm) + 6}v-1.6l7,4l-7,4v-1.6` : `H${Math.max(x(0) + 1, x(death))}v4.8`;
+    const bar = make("path", { d: `M${x(0)},${at - 2.4}${end}H${x(0)}Z`, fill: regionColor(label),
       stroke: "var(--ink)", "stroke-width": 0.5 }, svg);
-    make("title", {}, bar, `region ${label}: never dies`);
+    make("title", {}, bar, `region ${label}: ${death === null ? "never dies" : `dies at ${death} mm`}`);
+    make("text", { class: "small", x: x(bars.max_mm) + 16, y: at + 3 }, svg, label);
   }, ["regions", `${bars.regions.length} of ${bars.region_count}`]);
-  group(bars.longest, ([death, label], at) => {
+  group(bars.longest, ROW, ([death, label], at) => {
     const bar = make("rect", { x: x(0), y: at - 2, width: Math.max(1, x(death) - x(0)), height: 4, fill: "var(--bar)" }, svg);
     make("title", {}, bar, `dies at ${death} mm in region ${label || "none"}`);
   }, ["longest", "that die"]);

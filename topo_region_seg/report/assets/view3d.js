@@ -91,7 +91,7 @@ class View3D {
     const depth = new Float32Array(width * height).fill(Infinity), rgb = this.colors[this.mode];
     pixels.fill(0xff161616);
     const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
-    const focal = 1.25 * Math.min(width * 0.8, height) * this.zoom, away = 2.4;
+    const focal = 1.7 * Math.min(width * 0.8, height) * this.zoom, away = 2.4;
     const project = (x, y, z) => {
       const across = cy * x + sy * z, deep = cy * z - sy * x, down = cp * y - sp * deep, far = cp * deep + sp * y + away;
       return [width / 2 + focal * across / far, height / 2 + focal * down / far, far];
