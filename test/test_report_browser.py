@@ -106,14 +106,16 @@ def test_the_3d_view_turns_by_mouse_and_keyboard(browser, sim):
         box = view.bounding_box()
         page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         page.mouse.down()
-        page.mouse.move(box["x"] + box["width"] / 2 + 90, box["y"] + box["height"] / 2 + 20, steps=4)
+        page.mouse.move(box["x"] + box["width"] / 2 + 90, box["y"] + box["height"] / 2, steps=4)
         page.mouse.up()
         dragged = pixels(page)
         assert differ(first, dragged) > 0.05
         view.focus()
         page.keyboard.press("ArrowLeft")
+        turned = pixels(page)
+        assert differ(dragged, turned) > 0.02
         page.keyboard.press("ArrowUp")
-        assert differ(dragged, pixels(page)) > 0.02
+        assert differ(turned, pixels(page)) > 0.02
         page.keyboard.press("Home")
         assert differ(first, pixels(page)) < 0.01
         page.keyboard.press("+")
