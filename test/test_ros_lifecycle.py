@@ -88,15 +88,19 @@ def test_a_failing_configuration_is_logged_and_leaves_the_node_unconfigured(
     assert node.stop() == 0
 
 
-def test_the_input_takes_quality_of_service_from_parameters(start: Callable[..., NodeProcess], client: Client) -> None:
+def test_topics_take_quality_of_service_from_parameters(start: Callable[..., NodeProcess], client: Client) -> None:
     policies = {"reliability": "best_effort", "depth": 3, "durability": "volatile"}
     overrides = [f"-p qos_overrides./points.subscription.{name}:={value}" for name, value in policies.items()]
+    overrides.append("-p qos_overrides./labeled_points.publisher.reliability:=best_effort")
     node = start(*" ".join(overrides).split())
     node.wait_for_log("active: waiting")
     until(lambda: client.points.get_subscription_count(), "the node to subscribe")
     (info,) = client.node.get_subscriptions_info_by_topic("points")
     assert info.qos_profile.reliability.name == "BEST_EFFORT", "although the only publisher is reliable"
     assert client.get_parameter("qos_overrides./points.subscription.depth") == 3
+    for topic, reliability in (("labeled_points", "BEST_EFFORT"), ("region_count", "RELIABLE")):
+        (info,) = client.node.get_publishers_info_by_topic(topic)
+        assert info.qos_profile.reliability.name == reliability
 
 
 def test_a_failing_activation_is_logged_and_leaves_the_node_inactive(
