@@ -142,6 +142,7 @@ def test_what_is_not_always_made_arrives_while_somebody_subscribes(client: Clien
         ({"crop_box": [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]}, "minimum must be less"),
         ({"crop_box": [0.0, 0.0, 0.0, 1.0, 1.0, float("inf")]}, "finite"),
         ({"min_range": 20.0}, "greater than max_range"),
+        ({"radius": 0.6}, "radius (0.6) is greater than max_radius (0.5)"),
         ({"min_color_threshold": 50.0}, "greater than color_threshold"),
         ({"autostart": False}, "read-only"),
         ({"no_such": 1.0}, "undeclared"),
@@ -163,6 +164,14 @@ def test_a_pair_that_contradicts_only_halfway_is_set_at_once(client: Client) -> 
 def test_changed_parameters_are_in_force_from_the_next_cloud_on(client: Client) -> None:
     assert client.set_parameters({"min_region_size": 10_000, "small_regions": "remove"})[0].successful
     assert (label_column(client.ask(sheets_message())) == 0).all()
+
+
+def test_the_scale_of_the_regions_is_set_and_left_to_max_radius_again(client: Client) -> None:
+    # No two points are as near to each other as this.
+    assert client.set_parameters({"radius": 0.0005, "small_regions": "remove"})[0].successful
+    assert (label_column(client.ask(sheets_message())) == 0).all()
+    assert client.set_parameters({"radius": 0.0})[0].successful
+    assert (label_column(client.ask(sheets_message())) > 0).any()
 
 
 def test_crop_box_is_set_and_emptied_again(client: Client) -> None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,13 +39,15 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     Parameters
     ----------
     seg : Segmentation
-        The result.
+        The result; the filtration is drawn up to its scale, `params.radius` where that is given.
     path : str or Path
         The file to write; its ending gives the format (.png, .pdf, .svg).
     """
+    if seg.params.radius:
+        seg = replace(seg, components=seg.components.cut(seg.params.radius))
     groups = _groups(seg)
-    unit, per_meter = ("mm", 1e3) if seg.barcode.max_radius < 0.1 else ("m", 1.0)
-    last = seg.barcode.max_radius * per_meter
+    unit, per_meter = ("mm", 1e3) if seg.components.max_radius < 0.1 else ("m", 1.0)
+    last = seg.components.max_radius * per_meter
     beyond = 1.06 * last
     figure = Figure(figsize=(_WIDTH, _HEIGHT), dpi=140, facecolor="white")
     ax = figure.subplots(gridspec_kw={"left": 0.05, "right": 0.77, "bottom": 0.09, "top": 0.91})
