@@ -102,6 +102,9 @@ def warm_up() -> None:
     rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
+    # A heap has more edges at one scale than a forest needs.
+    heap = np.random.default_rng(0).normal(scale=0.001, size=(300, 3))
+    filtration(homogeneity_channels(heap, np.zeros_like(heap), np.ones_like(heap), Params()), Params())
 
 
 def kernel_cache() -> str:

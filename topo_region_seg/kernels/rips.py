@@ -17,7 +17,7 @@ import numpy as np
 from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.kernels.borrow import borrowed
 from topo_region_seg.kernels.compile import index, inlined, kernel
-from topo_region_seg.kernels.leaf_pairs import FAR, Criterion, Edges, Leaves, meet_leaves
+from topo_region_seg.kernels.leaf_pairs import FAR, Criterion, Edges, Leaves, meet_leaves, new_edges
 from topo_region_seg.kernels.leaf_sieve import CHANNELS
 from topo_region_seg.kernels.pair_queue import (
     BUCKET_SHIFT,
@@ -117,6 +117,27 @@ def unite_edges(forest: Forest, edges: Edges, order: IntArray) -> int:
             np.sqrt(edges.d2[e]),
         )
     return unions
+
+
+@kernel
+def spanning_edges(forest: Forest, edges: Edges, order: IntArray) -> int:
+    """Keep only what can become part of the forest, of edges in the given `order`, shortest first; return how many.
+
+    An edge between points that shorter ones join is in no spanning forest, whatever other edges there are.
+    """
+    forest, edges = borrowed(forest), borrowed(edges)
+    parent = forest.parent.copy()
+    kept = new_edges(len(order))
+    count = 0
+    for item in order:
+        e = index(item)
+        a, b = find(parent, edges.a[e]), find(parent, edges.b[e])
+        if a != b:
+            parent[index(a)] = b
+            kept.d2[count], kept.a[count], kept.b[count] = edges.d2[e], edges.a[e], edges.b[e]
+            count += 1
+    edges.d2[:count], edges.a[:count], edges.b[:count] = kept.d2[:count], kept.a[:count], kept.b[:count]
+    return count
 
 
 @kernel

@@ -19,6 +19,7 @@ from topo_region_seg.kernels.rips import (
     nearest_in_leaves,
     new_forest,
     refresh_components,
+    spanning_edges,
     unite_edges,
 )
 from topo_region_seg.kernels.tree import LEAF, Tree, build_tree
@@ -28,6 +29,8 @@ from topo_region_seg.stages.homogeneity import criterion, homogeneity_channels
 
 POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller than the radius; measured
 CROWD = 4  # waiting pairs per point from which on the filtration begins anew; measured
+SWEEPS = 4  # scales that are joined before it does; measured
+MANY = 2  # edges per point found at one scale from which on those that no forest needs are dropped
 WORTH_HELP = 1_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
 REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
 
@@ -101,16 +104,18 @@ def _grow(
     bucket = _first_bucket(leaves)
     workers = [_Worker(tree, leaves, limits, forest) for _ in range(2)]
     _open_root(workers, tree, bucket, first=True, sweep=False)
-    if sum(worker.waiting for worker in workers) > CROWD * len(channels):
-        # Points fill a volume. Joining those of the next scale too, before any pair is kept, and beginning
-        # anew from the root leaves far fewer pairs to wait.
-        for sweep in (True, False):
-            unite_edges(forest, *_by_length(workers))
-            refresh_components(tree, forest)
+    if any(worker.crowded for worker in workers):
+        # Points fill a volume. Joining those of some smaller scales, before any pair is kept, and beginning anew
+        # from the root each time leaves far fewer pairs to wait.
+        scales = range(max(bucket - SWEEPS // 2, 0), bucket + SWEEPS // 2)
+        for bucket in scales:
             for worker in workers:
                 worker.forget()
-            bucket += 1
-            _open_root(workers, tree, bucket, first=False, sweep=sweep)
+            _open_root(workers, tree, bucket, first=bucket == scales[0], sweep=True)
+            unite_edges(forest, *_by_length(workers))
+            refresh_components(tree, forest)
+        bucket += 1
+        _open_root(workers, tree, bucket, first=False, sweep=False)
     stale = 0
     while True:
         stale += unite_edges(forest, *_by_length(workers))
@@ -152,8 +157,9 @@ def _open_root(workers: list[_Worker], tree: Tree, bucket: int, *, first: bool, 
     put(one.queue, left, left, bucket)
     put(other.queue, right, right, bucket)
     side_by_side(_Worker.drain, [(worker, bucket, first, sweep) for worker in workers])
-    put(one.queue, left, right, bucket)
-    one.drain(bucket, first, sweep)
+    if not any(worker.crowded for worker in workers):
+        put(one.queue, left, right, bucket)
+        one.drain(bucket, first, sweep)
 
 
 def _by_length(workers: list[_Worker]) -> tuple[Edges, IntArray]:
@@ -171,14 +177,23 @@ class _Worker:
         self.queue = new_queue(64)
         self._edges = new_edges(64)
         self._n_edges = 0
+        self.crowded = False
         self._tree, self._leaves, self._limits, self._forest = tree, leaves, limits, forest
 
     def drain(self, bucket: int, first: bool = False, sweep: bool = False) -> None:
-        """Open all pairs of a bucket."""
+        """Open all pairs of a bucket, or, in the first one, until more pairs wait than is wise: it is `crowded` then."""
+        n = len(self._forest.parent)
         while self.queue.head[bucket] >= 0:
             if self._n_edges + LEAF * LEAF > len(self._edges.d2):
-                self._edges = grown_edges(self._edges)
+                if len(self._edges.d2) >= MANY * n:
+                    order = np.argsort(self._edges.d2[: self._n_edges])
+                    self._n_edges = spanning_edges(self._forest, self._edges, order)
+                if self._n_edges + LEAF * LEAF > len(self._edges.d2) // 2:
+                    self._edges = grown_edges(self._edges)
             if self.queue.head[SPACE] < SPARE:
+                if first and not sweep and len(self.queue.after) >= CROWD * n:
+                    self.crowded = True
+                    return
                 self.queue = grown_queue(self.queue)
             self._n_edges = drain_bucket(
                 self._tree,
@@ -193,14 +208,11 @@ class _Worker:
                 sweep,
             )
 
-    @property
-    def waiting(self) -> int:
-        """Number of pairs that wait."""
-        return len(self.queue.after) - int(self.queue.head[SPACE])
-
     def forget(self) -> None:
-        """Drop all pairs that wait."""
+        """Drop all pairs that wait, and the edges."""
         self.queue = new_queue(64)
+        self._n_edges = 0
+        self.crowded = False
 
     def next_bucket(self, start: int) -> int | None:
         """Return the first bucket from `start` on that holds a pair."""
