@@ -181,7 +181,7 @@ class _Worker:
         self._tree, self._leaves, self._limits, self._forest = tree, leaves, limits, forest
 
     def drain(self, bucket: int, first: bool = False, sweep: bool = False) -> None:
-        """Open all pairs of a bucket, or, in the first one, until more pairs wait than is wise: it is `crowded` then."""
+        """Open all pairs of a bucket; the first one only until too many pairs wait: the worker is `crowded` then."""
         n = len(self._forest.parent)
         while self.queue.head[bucket] >= 0:
             if self._n_edges + LEAF * LEAF > len(self._edges.d2):
