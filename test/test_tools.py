@@ -304,11 +304,11 @@ def test_replay_goes_on_after_bad_frames(tmp_path, capsys):
 def test_replay_goes_on_after_an_error_in_a_frame(bag, tmp_path, monkeypatch, capsys):
     original, calls = Pipeline.run, []
 
-    def sometimes(self, cloud):
+    def sometimes(self, cloud, *more):
         calls.append(1)
         if len(calls) == 3:  # the first is the warm-up
             raise RuntimeError("broken")
-        return original(self, cloud)
+        return original(self, cloud, *more)
 
     monkeypatch.setattr(Pipeline, "run", sometimes)
     run("replay", bag, "--json", tmp_path / "s.json", status=1)
