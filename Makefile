@@ -22,7 +22,7 @@ export ROS_PYTHON_CHECK_FIELDS := 1
 export PYTHONUNBUFFERED := 1
 in_venv = env AMENT_PREFIX_PATH=$(1) PATH="$(1)/bin:$$PATH"
 
-.PHONY: help demo test test-ubuntu fuzz nightly soak lint types format docs bench bench-quick pictures clean
+.PHONY: help demo test test-ubuntu fuzz nightly soak lint types format docs bench bench-quick beyond pictures clean
 
 help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -64,6 +64,9 @@ soak: .venv/ready-demo ## Ten minutes of trouble for one node; writes docs/soak.
 
 bench-quick: .venv/ready-bench ## The same in two minutes, to benchmarks/results/.
 	@$(STEP) "benchmarks, quick" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks --quick
+
+beyond: .venv/ready-bench ## Measure what goes beyond the paper; writes the tables of docs/.
+	@$(STEP) "objects, scale, tracks, supervoxels, steadiness" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.beyond --publish
 
 pictures: .venv/ready-demo ## Make the pictures of the documentation.
 	@$(STEP) "pictures" $(VENV)/bin/python docs/make_pictures.py
