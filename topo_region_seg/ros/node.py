@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from topo_region_seg.params import ParameterError
+from topo_region_seg.ros.memory import keep_freed_memory
 
 DESCRIPTION = "Segment colored point clouds into persistent regions: a ROS 2 lifecycle node."
 USAGE = "region_segmentation_node [--ros-args -p NAME:=VALUE --params-file FILE -r points:=TOPIC --log-level LEVEL ...]"
@@ -35,6 +36,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
     from topo_region_seg.ros.region_segmentation import RegionSegmentation
 
+    keep_freed_memory()
     node = None
     try:
         node = RegionSegmentation()
