@@ -4,6 +4,7 @@
 
 ros2 launch topo_region_seg two_cameras.launch.py \
   left_input:=/left/depth/color/points right_input:=/right/depth/color/points
+ros2 launch topo_region_seg two_cameras.launch.py left_bag:=left.mcap right_bag:=right.mcap rviz:=true
 """
 
 from launch import LaunchDescription
@@ -19,11 +20,13 @@ SIDES = ("left", "right")
 def generate_launch_description() -> LaunchDescription:
     share = FindPackageShare(PACKAGE)
     default_parameters = PathJoinSubstitution([share, "config", "region_segmentation.yaml"])
+    default_view = PathJoinSubstitution([share, "rviz", "region_segmentation.rviz"])
     one_camera = PathJoinSubstitution([share, "launch", "region_segmentation.launch.py"])
     entities = [
         DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
         DeclareLaunchArgument("use_sim_time", default_value="false", description="true = time comes from /clock"),
         DeclareLaunchArgument("rviz", default_value="false", description="true = an RViz for each (package rviz2)"),
+        DeclareLaunchArgument("rviz_config", default_value=default_view, description="what each RViz shows"),
     ]
     for side in SIDES:
         entities += [
@@ -33,6 +36,9 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument(f"{side}_params_file", default_value=default_parameters, description="YAML file"),
             DeclareLaunchArgument(
+                f"{side}_bag", default_value="", description="recording to play; empty = a camera runs"
+            ),
+            DeclareLaunchArgument(
                 f"{side}_frame", default_value=f"{side}_depth_optical_frame", description="frame_id of the clouds"
             ),
             IncludeLaunchDescription(
@@ -41,10 +47,12 @@ def generate_launch_description() -> LaunchDescription:
                     "namespace": LaunchConfiguration(f"{side}_namespace"),
                     "input": LaunchConfiguration(f"{side}_input"),
                     "params_file": LaunchConfiguration(f"{side}_params_file"),
+                    "bag": LaunchConfiguration(f"{side}_bag"),
                     "fixed_frame": LaunchConfiguration(f"{side}_frame"),
                     "log_level": LaunchConfiguration("log_level"),
                     "use_sim_time": LaunchConfiguration("use_sim_time"),
                     "rviz": LaunchConfiguration("rviz"),
+                    "rviz_config": LaunchConfiguration("rviz_config"),
                 }.items(),
             ),
         ]

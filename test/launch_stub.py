@@ -55,6 +55,54 @@ def run(file: Path) -> Made:
     return made
 
 
+def commands(file: Path, share: Path, arguments: dict[str, str]) -> list[list[str]]:
+    """Return the command lines, as launch_ros makes them, that a launch file starts with some arguments."""
+    return list(_commands(run(file), share, dict(arguments)))
+
+
+def _commands(made: Made, share: Path, values: dict[str, str]) -> Iterator[list[str]]:
+    # As launch does: in order, arguments of an included file stay set after it.
+    def text(value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        if value.kind == "LaunchConfiguration":
+            return values[value.args[0]]
+        if value.kind == "EqualsSubstitution":
+            return str(text(value.args[0]) == text(value.args[1])).lower()
+        if value.kind == "FindPackageShare":
+            return str(share)
+        assert value.kind == "PathJoinSubstitution", value.kind
+        return "/".join(map(text, value.args[0]))
+
+    for part in made.args[0]:
+        given = part.keywords
+        if part.kind == "DeclareLaunchArgument":
+            values.setdefault(part.args[0], text(given["default_value"]))
+        elif part.kind == "IncludeLaunchDescription":
+            (source,) = part.args
+            values.update({name: text(value) for name, value in given["launch_arguments"]})
+            yield from _commands(run(Path(text(source.args[0]))), share, values)
+        elif part.kind == "Node":
+            condition = given.get("condition")
+            if condition and (text(condition.args[0]) == "true") != (condition.kind == "IfCondition"):
+                continue
+            ros = [*map(text, given.get("ros_arguments", []))]
+            ros += ["-r", f"__node:={given['name']}"] if "name" in given else []
+            namespace = text(given["namespace"])
+            ros += ["-r", f"__ns:=/{namespace.lstrip('/')}"] if namespace else []
+            for entry in given.get("parameters", []):
+                if isinstance(entry, dict):
+                    for name, value in entry.items():
+                        ros += ["-p", f"{name}:={text(value)}"]
+                else:
+                    ros += ["--params-file", text(entry)]
+            for name, topic in given.get("remappings", []):
+                ros += ["-r", f"{name}:={text(topic)}"]
+            yield [given["executable"], *map(text, given.get("arguments", [])), "--ros-args", *ros]
+        else:
+            raise AssertionError(part.kind)
+
+
 @contextmanager
 def _stubs() -> Iterator[None]:
     before = {name: sys.modules.get(name) for name in NAMES}

@@ -5,14 +5,18 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from launch_stub import Made, run
+from launch_stub import Made, commands, run
 
 from topo_region_seg.messages import region_markers
 from topo_region_seg.palette import palette
@@ -21,6 +25,9 @@ from topo_region_seg.stages.color import srgb_to_lab
 ROOT = Path(__file__).resolve().parent.parent
 ONE, TWO = (ROOT / "launch" / f"{name}.launch.py" for name in ("region_segmentation", "two_cameras"))
 RVIZ = ROOT / "rviz" / "region_segmentation.rviz"
+SIDES = ("left", "right")
+SIM_TIME = ("-p", "use_sim_time:=false")
+MODULES = {"region_segmentation_node": "topo_region_seg.ros.node", "topo_region_seg": "topo_region_seg"}
 ARGUMENTS = {
     ONE: {
         "namespace",
@@ -37,7 +44,8 @@ ARGUMENTS = {
         "log_level",
         "use_sim_time",
         "rviz",
-        *(f"{side}_{name}" for side in ("left", "right") for name in ("namespace", "input", "params_file", "frame")),
+        "rviz_config",
+        *(f"{side}_{name}" for side in SIDES for name in ("namespace", "input", "params_file", "bag", "frame")),
     },
 }
 
@@ -80,15 +88,64 @@ def test_it_starts_the_executables_of_setup_py() -> None:
     assert {node.keywords["namespace"].args[0] for node in nodes} == {"namespace"}
 
 
-def test_two_cameras_pass_only_arguments_that_one_camera_has() -> None:
+def test_two_cameras_pass_every_argument_that_one_camera_has() -> None:
     includes = of_kind(run(TWO), "IncludeLaunchDescription")
     assert len(includes) == 2
     passed = [dict(include.keywords["launch_arguments"]) for include in includes]
-    assert all(set(arguments) <= ARGUMENTS[ONE] for arguments in passed)
-    shared = {"log_level", "use_sim_time", "rviz"}
+    # What is not passed to the second file would be what the first one was given.
+    assert all(set(arguments) == ARGUMENTS[ONE] for arguments in passed)
+    shared = {"log_level", "use_sim_time", "rviz", "rviz_config"}
     assert all(arguments[name].args == (name,) for arguments in passed for name in shared)
     namespaces = [arguments["namespace"].args[0] for arguments in passed]
     assert namespaces == ["left_namespace", "right_namespace"]
+
+
+def test_what_starts_depends_on_bag_and_rviz() -> None:
+    def started(file: Path, **arguments: str) -> list[str]:
+        return [Path(command[0]).name for command in commands(file, ROOT, arguments)]
+
+    assert started(ONE) == ["region_segmentation_node"]
+    assert started(ONE, bag="a.mcap", rviz="true") == ["region_segmentation_node", "topo_region_seg", "rviz2"]
+    assert started(TWO) == ["region_segmentation_node"] * 2
+    assert started(TWO, right_bag="a.mcap") == ["region_segmentation_node"] * 2 + ["topo_region_seg"]
+    assert started(TWO, rviz="true") == ["region_segmentation_node", "rviz2"] * 2
+    left, view, *_ = commands(TWO, ROOT, {"rviz": "true", "rviz_config": "my.rviz", "left_frame": "eye"})
+    assert view == ["rviz2", "-d", "my.rviz", "-f", "eye", "--ros-args", "-r", "__ns:=/left", *SIM_TIME]
+    assert left[-4:] == [*SIM_TIME, "-r", "points:=points"]
+
+
+@pytest.mark.timeout(300)
+def test_two_cameras_from_recordings_each_give_their_labels(ros_domain: int, tmp_path: Path) -> None:
+    """The command lines that launch would make of the file, run over DDS."""
+    pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
+    from ros_harness import STARTUP, Client, label_column, until
+    from sensor_msgs.msg import PointCloud2
+
+    bag = str(ROOT / "bags" / "tabletop_sim")
+    view = tmp_path / "parameters.yaml"
+    view.write_text("/**:\n  ros__parameters: {max_radius: 0.01, min_region_size: 100000}\n")
+    arguments = {"left_bag": bag, "right_bag": bag, "right_params_file": str(view), "log_level": "warn"}
+    client = Client(ros_domain + 50)
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(ros_domain + 50), "PYTHONPATH": str(ROOT)}
+    processes: list[subprocess.Popen[bytes]] = []
+    try:
+        inboxes = {side: client.collect(PointCloud2, f"/{side}/labeled_points") for side in SIDES}
+        for number, (executable, *rest) in enumerate(commands(TWO, ROOT, arguments)):
+            with (tmp_path / f"{number}.txt").open("w") as log:
+                command = [sys.executable, "-m", MODULES[executable], *rest]
+                processes.append(subprocess.Popen(command, env=environment, stdout=log, stderr=log, cwd=tmp_path))
+        until(lambda: all(inboxes.values()), "labels of both cameras", STARTUP)
+        # Each node has the parameters of its own file.
+        assert label_column(inboxes["left"][0]).max() > 1
+        assert label_column(inboxes["right"][0]).max() <= 1
+        assert not client.labeled, "nothing outside of the namespaces"
+    finally:
+        for process in processes:
+            process.send_signal(signal.SIGINT)
+        status = [process.wait(STARTUP) for process in processes]
+        client.close()
+        print(*(file.read_text() for file in sorted(tmp_path.glob("*.txt"))))
+    assert status == [0, 0, 0, 0]
 
 
 def test_rviz_shows_topics_and_markers_that_the_node_publishes() -> None:

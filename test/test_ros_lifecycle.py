@@ -15,7 +15,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]
 
 import rclpy
 from lifecycle_msgs.msg import Transition
-from ros_harness import Client, NodeProcess, cloud_message, until
+from ros_harness import STARTUP, Client, NodeProcess, cloud_message, until
 
 from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.region_segmentation import RegionSegmentation
@@ -92,15 +92,55 @@ def test_topics_take_quality_of_service_from_parameters(start: Callable[..., Nod
     policies = {"reliability": "best_effort", "depth": 3, "durability": "volatile"}
     overrides = [f"-p qos_overrides./points.subscription.{name}:={value}" for name, value in policies.items()]
     overrides.append("-p qos_overrides./labeled_points.publisher.reliability:=best_effort")
+    overrides.append("-p qos_overrides./diagnostics.publisher.reliability:=best_effort")
     node = start(*" ".join(overrides).split())
     node.wait_for_log("active: waiting")
     until(lambda: client.points.get_subscription_count(), "the node to subscribe")
     (info,) = client.node.get_subscriptions_info_by_topic("points")
     assert info.qos_profile.reliability.name == "BEST_EFFORT", "although the only publisher is reliable"
     assert client.get_parameter("qos_overrides./points.subscription.depth") == 3
-    for topic, reliability in (("labeled_points", "BEST_EFFORT"), ("region_count", "RELIABLE")):
+    assert client.get_parameter("qos_overrides./diagnostics.publisher.depth") == 10
+    for topic, reliability in (
+        ("labeled_points", "BEST_EFFORT"),
+        ("/diagnostics", "BEST_EFFORT"),
+        *((topic, "RELIABLE") for topic in ("region_count", "regions", "barcode", "region_markers", "region_colors")),
+    ):
         (info,) = client.node.get_publishers_info_by_topic(topic)
         assert info.qos_profile.reliability.name == reliability
+        for policy in ("history", "depth", "reliability"):
+            name = f"qos_overrides.{client.node.resolve_topic_name(topic)}.publisher.{policy}"
+            assert client.get_parameter(name), name
+
+
+@pytest.mark.parametrize("override", ["reliability:=sometimes", "depth:=many"])
+def test_an_impossible_quality_of_service_of_the_diagnostics_is_one_line(
+    override: str, start: Callable[..., NodeProcess]
+) -> None:
+    node = start("-p", f"qos_overrides./diagnostics.publisher.{override}")
+    assert node.process.wait(STARTUP) == 2
+    assert "/diagnostics: " in node.log and override.partition(":=")[2] in node.log
+    assert "Traceback" not in node.log
+
+
+@pytest.mark.parametrize("enclave", ["region_segmentation", "unknown"])
+def test_a_keystore_that_cannot_be_used_is_one_line(
+    enclave: str, start: Callable[..., NodeProcess], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Enforced security must never become a node without it: rcl finds files without content, or no folder.
+    folder = tmp_path / "keystore" / "enclaves" / "region_segmentation"
+    folder.mkdir(parents=True)
+    for name in ("identity_ca.cert", "permissions_ca.cert", "cert", "key"):
+        (folder / f"{name}.pem").touch()
+    for name in ("governance", "permissions"):
+        (folder / f"{name}.p7s").touch()
+    monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path / "keystore"))
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    node = start("--enclave", f"/{enclave}")
+    assert node.process.wait(STARTUP) == 2
+    assert "Traceback" not in node.log
+    wanted = "error creating node" if enclave == "region_segmentation" else "does not exist"
+    assert wanted in node.log.splitlines()[-1]
 
 
 def test_a_failing_activation_is_logged_and_leaves_the_node_inactive(

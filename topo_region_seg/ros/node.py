@@ -32,7 +32,11 @@ def main(args: Sequence[str] | None = None) -> int:
         parser.parse_args(remove_ros_args(argv)[1:])
         rclpy.init(args=argv)
     except (rcl.RCLInvalidROSArgsError, rcl.UnknownROSArgsError) as error:
-        parser.error(str(error).split(", at /")[0])
+        parser.error(_reason(error))
+    except rcl.RCLError as error:
+        # Such as an SROS2 keystore without this enclave.
+        print(_reason(error), file=sys.stderr)
+        return 2
 
     from topo_region_seg.ros.region_segmentation import RegionSegmentation
 
@@ -47,6 +51,12 @@ def main(args: Sequence[str] | None = None) -> int:
     except ParameterError as error:
         rclpy.logging.get_logger("region_segmentation").fatal(str(error))
         return 2
+    except rcl.RCLError as error:
+        if node is not None:
+            raise
+        # Such as a middleware built without security, or an enclave with broken certificates.
+        rclpy.logging.get_logger("region_segmentation").fatal(_reason(error))
+        return 2
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
@@ -56,6 +66,11 @@ def main(args: Sequence[str] | None = None) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _reason(error: Exception) -> str:
+    # Without the places in rcl's source that follow it, on one line.
+    return " ".join(str(error).split(", at /")[0].split())
 
 
 if __name__ == "__main__":

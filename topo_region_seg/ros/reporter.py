@@ -5,8 +5,12 @@
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.exceptions import ParameterException
 from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from topo_region_seg.params import ParameterError
 from topo_region_seg.ros.diagnostics import diagnostics
 from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.statistics import Statistics
@@ -15,7 +19,13 @@ CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"
 
 
 class Reporter:
-    """Publish the node's diagnostics, in every lifecycle state."""
+    """Publish the node's diagnostics, in every lifecycle state; reliable, depth 10, QoS overridable by parameters.
+
+    Raises
+    ------
+    ParameterError
+        If a QoS override for the topic is invalid.
+    """
 
     def __init__(self, node: LifecycleNode, statistics: Statistics) -> None:
         self._node = node
@@ -23,7 +33,13 @@ class Reporter:
         self._before = statistics.snapshot()
         self._silent = False
         # Not a lifecycle publisher: an inactive node has something to say, too.
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        overrides = QoSOverridingOptions.with_default_policies()
+        try:
+            self._publisher = node.create_publisher(
+                DiagnosticArray, "/diagnostics", QoSProfile(depth=10), qos_overriding_options=overrides
+            )
+        except (RuntimeError, ParameterException) as error:
+            raise ParameterError(f"/diagnostics: {error}") from None
 
     def report(self, state: str, source: Input | None, input_timeout: float) -> None:
         """Publish the figures of this moment and compare them with those of the last report."""
