@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.points import FloatArray, Points
+from benchmarks.points import FloatArray, Points, pack_rgb
 from benchmarks.timing import Timing, timing
 from topo_region_seg.data import Cloud
-from topo_region_seg.messages import pack_rgb
 from topo_region_seg.params import Params
 
 SOURCES = Path(__file__).resolve().parent / "pcl"

@@ -65,3 +65,11 @@ def featured(name: str, cloud: trs.Cloud, params: trs.Params) -> Points:
     kept = np.flatnonzero(np.isfinite(normals).all(axis=1))
     grid = (cloud.width, cloud.height)
     return Points(name, single(seg.barcode.xyz[kept]), lab[kept], normals[kept], grid, seg.index[kept])
+
+
+def pack_rgb(rgb: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+    """Pack (N, 3) 8-bit colors as PCL does: the bits of 0x00RRGGBB in a float32, shape (N,)."""
+    packed = np.zeros((len(rgb), 4), np.uint8)
+    for channel in range(3):  # columns one by one: several times faster than all in one assignment
+        packed[:, channel] = rgb[:, 2 - channel]
+    return packed.view("<f4")[:, 0]

@@ -9,7 +9,7 @@ from typing import Any
 
 from rclpy.serialization import serialize_message
 
-from topo_region_seg.messages import pack_rgb
+from benchmarks.points import pack_rgb
 from topo_region_seg.pointcloud2 import encode
 from topo_region_seg.ros.types import ros_types
 from topo_region_seg.simulation import Camera, simulate, tabletop

@@ -31,8 +31,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "": {*CORE, "api"},  # the package's own __init__
     "palette": {"data"},
     "cloud_layout": TABLES,
-    "pointcloud2": {*TABLES, "cloud_layout"},
-    "messages": EDGES,
+    "pointcloud2": {*TABLES, "cloud_layout", "kernels"},
+    "messages": {*EDGES, "kernels"},
     "ply": set(),
     "cloud_files": {*TABLES, "cloud_layout", "pointcloud2", "ply"},
     "bags": EDGES,

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Segmentation
-from topo_region_seg.kernels.selection import gather
+from topo_region_seg.kernels.records import read_records, write_labeled_records
+from topo_region_seg.kernels.selection import gather, gather_columns
 from topo_region_seg.kernels.tree import position_tree, split_nodes
 from topo_region_seg.params import Params
 from topo_region_seg.stages.clock import Clock
@@ -58,12 +59,14 @@ class Pipeline:
         clock = Clock()
         with clock("crop"):
             rows = crop(cloud.xyz, params)
-            xyz = gather(cloud.xyz, rows)
+            xyz = gather_columns(cloud.xyz, rows)
         with clock("floor"):
             plane = find_floor(xyz, params) if params.remove_floor else None
             if plane is not None:
                 kept = above(xyz, plane, params.floor_distance)
                 rows, xyz = rows[kept], gather(xyz, kept)
+            else:
+                xyz = np.ascontiguousarray(xyz)
         with clock("thinning"):
             points = _Points(rows, xyz, None if cloud.rgb is None else cloud.rgb[rows], params)
         if warn is not None and points.edge > params.voxel_size:
@@ -102,6 +105,12 @@ def warm_up() -> None:
     rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
+    data = np.zeros(20, np.uint8)
+    data.flags.writeable = False
+    floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)
+    read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
+    record = np.zeros((1, 5), np.float32)
+    write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
     # A heap has more edges at one scale than a forest needs.
     heap = np.random.default_rng(0).normal(scale=0.001, size=(300, 3))
     filtration(homogeneity_channels(heap, np.zeros_like(heap), np.ones_like(heap), Params()), Params())

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.cloud_layout import FLOAT64, CloudFormatError, Layout, Warn, check
+from topo_region_seg.cloud_layout import FLOAT32, FLOAT64, CloudFormatError, Layout, Warn, check
 from topo_region_seg.data import Cloud
+from topo_region_seg.kernels.records import read_records
 
-__all__ = ["CloudFormatError", "byte_buffer", "decode", "encode"]
+__all__ = ["CloudFormatError", "byte_buffer", "cloud_message", "decode", "encode"]
 
 DATATYPES = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 """PointField datatype of each NumPy type."""
@@ -51,7 +52,11 @@ def decode(msg: Any, *, max_points: int, warn: Warn | None = None) -> Cloud:
     if layout.height * layout.width == 0:
         empty = np.empty((0, 3), np.float32), np.empty((0, 3), np.uint8)
         return Cloud(*empty, layout.height, layout.width)
-    return Cloud(_coordinates(buffer, layout), _colors(buffer, layout), layout.height, layout.width)
+    if _is_plain(layout):
+        xyz, rgb = _read_at_once(buffer, layout)
+    else:
+        xyz, rgb = _coordinates(buffer, layout), _colors(buffer, layout)
+    return Cloud(xyz, rgb, layout.height, layout.width)
 
 
 def encode(
@@ -100,9 +105,16 @@ def encode(
     table = np.frombuffer(buffer, record)
     for name, column in columns.items():
         table[name] = column
+    return cloud_message(types, header, record, buffer, height, width, is_dense)
+
+
+def cloud_message(
+    types: Any, header: Any, record: np.dtype[Any], buffer: Any, height: int, width: int, is_dense: bool
+) -> Any:
+    """Make a message of records that lie in a buffer, as :func:`byte_buffer` makes it, one after the other."""
     fields = [
         types.PointField(name=name, offset=int(offset), datatype=DATATYPES[kind.str[1:]], count=1)
-        for name, (kind, offset, *_) in ((name, record.fields[name]) for name in columns)  # type: ignore[index]
+        for name, (kind, offset, *_) in (record.fields or {}).items()
     ]
     return types.PointCloud2(
         header=header,
@@ -147,6 +159,26 @@ def _column(buffer: npt.NDArray[np.uint8], layout: Layout, offset: int, dtype: s
     shape, strides = (layout.height, layout.width), (layout.row_step, layout.point_step)
     column: npt.NDArray[Any] = np.ndarray(shape, dtype, buffer, offset, strides)
     return column
+
+
+def _is_plain(layout: Layout) -> bool:
+    """Whether the coordinates are little-endian float32, as nearly every driver sends them."""
+    return all(kind == FLOAT32 for _, kind in layout.coordinates) and not layout.big_endian
+
+
+def _read_at_once(
+    buffer: npt.NDArray[np.uint8], layout: Layout
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8] | None]:
+    """Read coordinates and colors in one pass, which takes half as long as one for each channel."""
+    n = layout.height * layout.width
+    buffer = buffer.view()
+    buffer.flags.writeable = False  # else the kernel would be compiled twice, for either kind
+    xyz = np.empty((n, 3), np.float32)
+    rgb = np.empty((0 if layout.color is None else n, 3), np.uint8)
+    x, y, z = (offset for offset, _ in layout.coordinates)
+    steps = layout.height, layout.width, layout.row_step, layout.point_step
+    read_records(buffer, *steps, (x, y, z), layout.color or (0, 0, 0), xyz, rgb)
+    return xyz, None if layout.color is None else rgb
 
 
 def _coordinates(buffer: npt.NDArray[np.uint8], layout: Layout) -> npt.NDArray[np.float32]:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.data import FloatArray
-from topo_region_seg.kernels.compile import kernel
+from topo_region_seg.kernels.compile import inlined, kernel
 
 WHITE_X, WHITE_Z = 0.95047, 1.08883  # D65, 2 degree observer, Y = 1
 EPSILON = (6.0 / 29.0) ** 3
@@ -29,7 +29,15 @@ def rgb_to_lab(rgb: npt.NDArray[np.uint8], linear_light: FloatArray) -> FloatArr
     return lab
 
 
-@kernel
+@inlined
 def lightness(t):  # type: ignore[no-untyped-def]
-    """CIE f(t): cube root, linear near black."""
-    return np.cbrt(t) if t > EPSILON else t * (841.0 / 108.0) + 4.0 / 29.0
+    """CIE f(t) for t up to 1: cube root, linear near black.
+
+    The root is a parabola, within 14 % of it, and three of Halley's steps, each of which cubes the error: unlike the C
+    library's, a loop of it becomes vector code.
+    """
+    root = 0.21721539 + t * (2.08819396 - t * 1.43361548)
+    for _ in range(3):
+        cube = root * root * root
+        root -= root * (cube - t) / (2.0 * cube + t)
+    return root if t > EPSILON else t * (841.0 / 108.0) + 4.0 / 29.0

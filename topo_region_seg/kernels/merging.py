@@ -37,13 +37,30 @@ def count_off(root: IntArray, weight: IntArray) -> tuple[IntArray, IntArray]:
 
 @kernel
 def first_points(channels: FloatArray, region: IntArray, n_regions: int) -> IntArray:
-    """Return for each region the point that comes first in the order of its channels (x, y, z, then features)."""
+    """Return for each region the point that comes first in the order of its channels (x, y, z, then features).
+
+    Points whose region is below 0 are in none.
+    """
+    channels, region = borrowed(channels), borrowed(region)
     first = np.full(n_regions, -1)
     for point in range(len(region)):
+        if region[point] < 0:
+            continue
         r = index(region[point])
         if first[r] < 0 or comes_before(channels, point, first[r]):
             first[r] = point
     return first
+
+
+@kernel
+def region_sizes(region: IntArray, weight: IntArray, n_regions: int) -> IntArray:
+    """Return the sum of the weights of each region's points, (R,)."""
+    region, weight = borrowed(region), borrowed(weight)
+    size = np.zeros(n_regions, np.int64)
+    for point in range(len(region)):
+        if region[point] >= 0:
+            size[index(region[point])] += weight[point]
+    return size
 
 
 @kernel

@@ -42,6 +42,7 @@ def best_hypothesis(xyz: FloatArray, triples: IntArray, distance: float) -> tupl
     """Return normal (3,), offset (m) and inliers of the plane through a triple with most points within `distance`."""
     best, best_offset = 0, 0.0
     best_normal = np.zeros(3)
+    x, y, z = xyz[:, 0].copy(), xyz[:, 1].copy(), xyz[:, 2].copy()
     for t in range(len(triples)):
         p, q, r = xyz[triples[t, 0]], xyz[triples[t, 1]], xyz[triples[t, 2]]
         ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -54,7 +55,7 @@ def best_hypothesis(xyz: FloatArray, triples: IntArray, distance: float) -> tupl
         offset = -(u * p[0] + v * p[1] + w * p[2])
         inliers = 0
         for i in range(len(xyz)):
-            inliers += abs(u * xyz[i, 0] + v * xyz[i, 1] + w * xyz[i, 2] + offset) <= distance
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance
         if inliers > best:
             best, best_offset = inliers, offset
             best_normal[0], best_normal[1], best_normal[2] = u, v, w

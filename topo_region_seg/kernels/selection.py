@@ -30,8 +30,22 @@ def rows_in_range(xyz: npt.NDArray[np.floating], near: float, far: float, drop_z
 
 
 @kernel
-def gather(xyz: npt.NDArray[np.floating], rows: IntArray) -> FloatArray:
-    """Return some rows of positions (N, 3) in double precision."""
+def gather_columns(xyz: npt.NDArray[np.floating], rows: IntArray) -> FloatArray:
+    """Return some rows of positions (N, 3) in double precision, column by column in memory."""
+    xyz, rows = borrowed(xyz), borrowed(rows)
+    columns = np.empty((3, len(rows)))
+    for i in range(len(rows)):
+        row = index(rows[i])
+        for c in range(3):
+            columns[c, i] = xyz[row, c]
+    points: FloatArray = columns.T
+    return points
+
+
+@kernel
+def gather(xyz: FloatArray, rows: IntArray) -> FloatArray:
+    """Return some rows of positions (N, 3), row by row in memory."""
+    xyz, rows = borrowed(xyz), borrowed(rows)
     points = np.empty((len(rows), 3))
     for i in range(len(rows)):
         row = index(rows[i])

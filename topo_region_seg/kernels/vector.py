@@ -68,3 +68,15 @@ def trailing_zeros(typing_context, bits):  # type: ignore[no-untyped-def]
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
 
     return types.int64(types.int64), build
+
+
+@intrinsic
+def float32_at(typing_context, data, place):  # type: ignore[no-untyped-def]
+    """Return the float32 whose four bytes, in the machine's order, begin at a place in `data` (M,) uint8."""
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, value=arguments[0]).data
+        first = builder.gep(array, [context.cast(builder, arguments[1], signature.args[1], types.int64)])
+        return builder.load(builder.bitcast(first, ir.FloatType().as_pointer()), align=1)
+
+    return types.float32(data, place), build

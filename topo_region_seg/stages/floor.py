@@ -37,7 +37,8 @@ def find_floor(xyz: FloatArray, params: Params) -> Plane | None:
     """
     if len(xyz) < 3:
         return None
-    sample = xyz[sample_rows(xyz, SAMPLE, params.floor_seed)]
+    xyz = np.asfortranarray(xyz)  # column by column, so that the passes over it become vector code
+    sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, params.floor_seed)])
     triples = np.random.default_rng(params.floor_seed).integers(0, len(sample), (HYPOTHESES, 3))
     normal, offset, inliers = best_hypothesis(sample, triples, params.floor_distance)
     if inliers < 3:
@@ -58,7 +59,7 @@ def find_floor(xyz: FloatArray, params: Params) -> Plane | None:
 
 def above(xyz: FloatArray, plane: Plane, distance: float) -> IntArray:
     """Return the rows of `xyz` that lie more than `distance` (m) in front of the plane, on the sensor's side."""
-    return rows_above(xyz, np.array(plane.normal), plane.offset, distance)
+    return rows_above(np.asfortranarray(xyz), np.array(plane.normal), plane.offset, distance)
 
 
 def _least_squares(moments: FloatArray) -> tuple[FloatArray, float]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, RegionTable
-from topo_region_seg.kernels.merging import first_points
+from topo_region_seg.kernels.merging import first_points, region_sizes
 from topo_region_seg.kernels.region_sums import region_sums
 
 
@@ -16,10 +16,9 @@ def number_regions(xyz: FloatArray, region: IntArray, weight: IntArray) -> Label
 
     `weight` (N,) is the number of input points that each point stands for.
     """
-    inside = region >= 0
     n_regions = int(np.max(region, initial=-1)) + 1
-    size = np.bincount(region[inside], weights=weight[inside], minlength=n_regions)
-    first = xyz[inside][first_points(xyz[inside], region[inside], n_regions)]
+    size = region_sizes(region, weight, n_regions)
+    first = xyz[first_points(xyz, region, n_regions)]
     order = np.lexsort((first[:, 2], first[:, 1], first[:, 0], -size))
     label = np.zeros(n_regions + 1, np.uint32)  # the last entry serves region -1
     label[order] = np.arange(1, n_regions + 1)
