@@ -58,7 +58,7 @@ def region_colors(types: MessageTypes, msg: Any, cloud: Cloud, seg: Segmentation
 
 def _labeled(types: MessageTypes, msg: Any, cloud: Cloud, seg: Segmentation, rgb: npt.NDArray[np.uint8] | None) -> Any:
     buffer = byte_buffer(types.PointCloud2, len(cloud) * LABELED.itemsize)
-    records = np.frombuffer(buffer, np.float32).reshape(len(cloud), -1)
+    records = np.frombuffer(buffer, np.float32).reshape(len(cloud), LABELED.itemsize // 4)
     finite = write_labeled_records(
         np.ascontiguousarray(cloud.xyz, np.float32),
         np.empty((0, 3), np.uint8) if rgb is None else np.ascontiguousarray(rgb),

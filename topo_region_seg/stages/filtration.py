@@ -31,7 +31,7 @@ POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller
 CROWD = 4  # waiting pairs per point from which on the filtration begins anew; measured
 SWEEPS = 4  # scales that are joined before it does; measured
 MANY = 2  # edges per point found at one scale from which on those that no forest needs are dropped
-WORTH_HELP = 1_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
+WORTH_HELP = 4_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
 REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
 
 
