@@ -10,7 +10,7 @@ from topo_region_seg.bags.folder import open_folder
 from topo_region_seg.bags.mcap_file import McapFile
 from topo_region_seg.bags.mcap_summary import MAGIC
 from topo_region_seg.bags.records import BagError, BagReader
-from topo_region_seg.bags.rosbags_file import open_ros1, open_ros2
+from topo_region_seg.bags.rosbags_file import open_ros1, open_sqlite
 
 ROS1_MAGIC = b"#ROSBAG V"
 SQLITE_MAGIC = b"SQLite format 3\0"
@@ -39,7 +39,7 @@ def open_bag(path: str | Path) -> BagReader:
     if head.startswith(ROS1_MAGIC):
         return open_ros1(path)
     if head.startswith(SQLITE_MAGIC):
-        return open_ros2(path)
+        return open_sqlite(path)
     if head.startswith(MAGIC):
         return McapFile(path)
     if path.name == "metadata.yaml":

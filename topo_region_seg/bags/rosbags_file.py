@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings that rosbags reads: ROS 1 bags, sqlite3 storage, compressed rosbag2 folders."""
+"""Recordings that rosbags reads: ROS 1 bags and sqlite3 storage."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +15,22 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 
 from topo_region_seg.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
 from topo_region_seg.bags.ros1_scan import Ros1Scan
+from topo_region_seg.bags.sqlite_pages import is_cut
+from topo_region_seg.bags.sqlite_scan import SqliteScan
 
 
 class RosbagsFile(BagReader):
     """A recording behind one of rosbags' readers."""
 
-    def __init__(self, path: Path, reader: Callable[[Path], Any], mend: str) -> None:
-        self.path = path
+    def __init__(self, path: Path, reader: Callable[[Path], Any], mend: str, name: Path | None = None) -> None:
+        self.path = name or path
         self.problems = []
         self._mend = mend
         try:
             self._reader = reader(path)
             self._reader.open()
         except Exception as error:  # rosbags lets those of its storage libraries through
-            raise BagError(f"{path}: {_one_line(error)}; {mend}") from error
+            raise BagError(f"{self.path}: {_one_line(error)}; {mend}") from error
         self._ros1 = isinstance(self._reader, Ros1Reader)
         self.topics = merge_topics(
             [
@@ -61,13 +64,7 @@ class RosbagsFile(BagReader):
         """Return how the recording is stored."""
         reader = self._reader
         times = (reader.start_time, reader.end_time - 1) if reader.message_count else None
-        if self._ros1:
-            return Storage("ROS 1 bag", 1, (), times)
-        mode, packed = reader.compression_mode, reader.compression_format
-        compression = (f"{packed} {mode}s",) if mode else ()
-        parts = getattr(reader.storage, "storages", [reader.storage])
-        kind = "mcap" if type(parts[0]).__name__ == "McapReader" else "sqlite3"
-        return Storage(kind, len(parts), compression, times)
+        return Storage("ROS 1 bag" if self._ros1 else "sqlite3", 1, (), times)
 
     def close(self) -> None:
         """Close the files."""
@@ -82,9 +79,18 @@ def open_ros1(path: Path) -> BagReader:
         return Ros1Scan(path)
 
 
-def open_ros2(path: Path) -> RosbagsFile:
-    """Open a rosbag2 folder or .db3 file with rosbags' own storage readers."""
-    return RosbagsFile(path, Ros2Reader, "'ros2 bag reindex' on the folder may mend it")
+def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
+    """Open a .db3 file; one that is cut short or damaged is read page by page."""
+    try:
+        cut = is_cut(path)
+    except OSError as error:
+        raise BagError(
+            f"{name or path}: cannot be opened ({error.strerror}); check the name and the permissions"
+        ) from None
+    if not cut:
+        with suppress(BagError):
+            return RosbagsFile(path, Ros2Reader, "'ros2 bag reindex' on the folder may mend it", name)
+    return SqliteScan(path, name)
 
 
 def _one_line(error: Exception) -> str:
