@@ -55,7 +55,7 @@ def run_part(name: str, setting: Setting) -> dict[str, Any]:
     """Measure one part and print its goals; return all that is known of it, as JSON can carry it."""
     part = importlib.import_module(f"benchmarks.parts.{name}")
     print(f"{part.TITLE}", flush=True)
-    before, started = machine.load(), time.monotonic()
+    before, pace, started = machine.load(), machine.pace(), time.monotonic()
     result = part.measure(setting)
     seconds = time.monotonic() - started
     for line in result.lines:
@@ -68,6 +68,7 @@ def run_part(name: str, setting: Setting) -> dict[str, Any]:
         "seconds": round(seconds, 1),
         "load_before": before,
         "load_after": machine.load(),
+        "pace_ms": [pace, machine.pace()],
         "machine": {**machine.describe(), "pcl": pcl_peers.version()},
         **result.as_dict(),
     }
