@@ -70,9 +70,9 @@ def _machines(parts: Mapping[str, Mapping[str, Any]]) -> list[str]:
     paces = [ms for part in parts.values() for ms in part["pace_ms"]]
     if paces:
         said.append(
-            f"A fixed piece of work, sorting a million numbers, took {min(paces):.0f} to {max(paces):.0f} ms before and "
-            "after the parts: so unlike is what a shared machine gives from one minute to the next. Ratios within a part "
-            "suffer less from it than milliseconds."
+            f"A fixed piece of work, sorting a million numbers, took {min(paces):.0f} to {max(paces):.0f} ms before "
+            "and after the parts: so unlike is what a shared machine gives from one minute to the next. Ratios within "
+            "a part suffer less from it than milliseconds."
         )
     if any(part["quick"] for part in parts.values()):
         said.append("Some parts were a quick run, of few repetitions.")
