@@ -38,6 +38,10 @@ class Timing:
         """Return the smallest time that `share` of the runs did not exceed, ms."""
         return float(np.quantile(self.times_ms, share, method="higher"))
 
+    def __add__(self, other: Timing) -> Timing:
+        """Return the runs of both."""
+        return Timing(self.times_ms + other.times_ms)
+
     def __str__(self) -> str:
         return f"{self.median:,.1f}"
 
