@@ -82,7 +82,7 @@ def cards(record: RunRecord, frames: Sequence[FrameContent]) -> str:
         spread = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else f"{counts[0]}"
         shown.append(("Regions a frame", spread, f"median {np.median(counts):g}"))
         shown.append(("Points a frame", f"{points:,}", "median, invalid ones included"))
-        shown.append(("Time a frame", f"{np.median(total):.0f} ms", f"median; 95 % {np.percentile(total, 95):.0f} ms"))
+        shown.append(("Time a frame", f"{np.median(total):.0f} ms", f"median; p95 {np.percentile(total, 95):.0f} ms"))
     notes = {"wov": "1 is best", "fos": "0 is best", "fus": "0 is best"}
     names = {"wov": "Weighted overlap", "fos": "Over-segmentation", "fus": "Under-segmentation"}
     for key, note in notes.items():

@@ -44,7 +44,7 @@ function drawChart(figure) {
   const every = Math.ceil(count / Math.max(1, Math.floor(space / 34)));
   for (let i = 0; i < count; i += every) make("text", { x: x(i), y: HEIGHT - 8, "text-anchor": "middle" }, svg, i);
   const bar = Math.max(1, Math.min(42, slot * 0.72));
-  if (chart.kind === "lines") drawLines(svg, chart, x, y, width - right, count);
+  if (chart.kind === "lines") drawLines(svg, chart, x, y, width - right, slot);
   else run.frames.forEach((_, i) => {
     let sum = 0;
     chart.series.forEach((line, place) => {
@@ -64,15 +64,16 @@ function drawChart(figure) {
   figure.mark(frames.current);
 }
 
-function drawLines(svg, chart, x, y, right, count) {
+function drawLines(svg, chart, x, y, right, slot) {
+  const crowded = slot < 9;
   const names = [];
   chart.series.forEach((line, place) => {
     const { color } = stagePaint([0, 1, 3][place % 3]), shape = ["circle", "square", "triangle"][place % 3];
     const known = line.values.map((value, i) => [i, value]).filter(([, value]) => value !== null);
     if (!known.length) return;
     make("polyline", { points: known.map(([i, value]) => `${x(i)},${y(value)}`).join(" "), fill: "none", stroke: color,
-      "stroke-width": 2, "stroke-dasharray": ["", "6 3", "2 3"][place % 3] }, svg);
-    if (count <= 120) known.forEach(([i, value]) => marker(svg, shape, x(i), y(value), color));
+      "stroke-width": crowded ? 1.4 : 2, "stroke-dasharray": ["", "6 3", "2 3"][place % 3] }, svg);
+    if (!crowded || known.length === 1) known.forEach(([i, value]) => marker(svg, shape, x(i), y(value), color));
     names.push({ at: y(known[known.length - 1][1]), name: line.name });
   });
   names.sort((a, b) => a.at - b.at);
