@@ -6,9 +6,15 @@ from __future__ import annotations
 
 import re
 import runpy
+from contextlib import suppress
 from pathlib import Path
 
+import clouds
+import numpy as np
 import pytest
+
+from topo_region_seg.stages.color import srgb_to_lab
+from topo_region_seg.tools.main import main
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "bags").glob("*.md")])
@@ -36,3 +42,33 @@ def test_named_source_files_exist() -> None:
 def test_make_targets_exist() -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     assert set(re.findall(r"\bmake ([a-z-]+)`", README)) <= targets
+
+
+def test_options_of_the_command_line_exist(capsys: pytest.CaptureFixture[str]) -> None:
+    # What follows other programs' names is theirs; that of this one is in code of its own or after its name.
+    elsewhere = re.compile(r"^(?:rosdep|colcon|ros2) .*$", re.MULTILINE)
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", elsewhere.sub("", README)))
+    commands = re.findall(r"^\| `([a-z]+) [A-Z]", README, re.MULTILINE)
+    assert len(commands) == 8
+    for arguments in (["--help"], *([command, "--help"] for command in commands)):
+        with suppress(SystemExit):
+            main(arguments)
+    known = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", capsys.readouterr().out))
+    assert named and named - known == set()
+
+
+def test_python_examples_run(warm_kernels: None) -> None:
+    first, second = re.findall(r"^```python\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    xyz, rgb = clouds.scene(64, 48)
+    names = {"xyz": xyz, "rgb": rgb, "lab": srgb_to_lab(rgb), "normals": np.tile([0.0, 0.0, -1.0], (len(xyz), 1))}
+    exec(first, names)
+    assert names["seg"].regions
+    names["params"] = names["trs"].Params()
+    exec(second, names)
+
+
+def test_every_room_is_described() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    package = ROOT / "topo_region_seg"
+    rooms = [path.name for path in package.glob("*.py")] + [f"{path.parent.name}/" for path in package.glob("*/*.py")]
+    assert {room for room in rooms if f"`{room}`" not in text} == set()
