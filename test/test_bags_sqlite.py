@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import shutil
 import sqlite3
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from topo_region_seg.bags import BagError, open_bag
 from topo_region_seg.bags.records import Record
+from topo_region_seg.bags.sqlite_pages import Pages
 from topo_region_seg.tools.main import main
 
 CLOUDS = 40
@@ -109,6 +111,28 @@ def test_noise_in_the_file_costs_messages_but_never_invents_a_topic_or_hangs(who
         assert len(found) == len(wanted) or reader.problems
         problems += bool(reader.problems)
     assert problems
+
+
+def test_forged_pages_cost_no_more_than_their_bytes(whole: Path, tmp_path: Path) -> None:
+    """Every page is a leaf whose cells all claim the same long chain."""
+    data = bytearray(whole.read_bytes())
+    first = next(page for page in range(8, len(data) // PAGE) if data[page * PAGE] == 0x0D)
+    leaf = data[first * PAGE : (first + 1) * PAGE]
+    cells = (PAGE - 8) // 9
+    (place,) = struct.unpack_from(">H", leaf, 8)  # a cloud
+    struct.pack_into(">H", leaf, 3, cells)
+    struct.pack_into(f">{cells // 2}H", leaf, 8, *([place] * (cells // 2)))
+    wanted, _ = records(whole)
+    path = tmp_path / "forged.db3"
+    path.write_bytes(data + leaf * 100)
+    with path.open("r+b") as file:
+        file.seek(28)
+        file.write(struct.pack(">I", len(data) // PAGE + 200))  # so that it is read page by page
+    taken = [row for row in Pages(path.read_bytes()).rows(4) if len(row.spans) > 1]
+    pages = [start // PAGE for row in taken for start, _ in row.spans[1:]]
+    assert pages and len(pages) == len(set(pages)), "no page is in two rows"
+    found, _ = records(path)
+    assert len(found) <= len(wanted)
 
 
 @pytest.mark.parametrize("schema", ["CREATE VIEW messages AS SELECT 1", "CREATE TABLE messages (id INTEGER)"])

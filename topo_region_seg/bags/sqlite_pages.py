@@ -80,7 +80,8 @@ class Pages:
     def _leaf(self, start: int, columns: int) -> Iterator[Row]:
         page = self._data[start : start + self._usable]
         (cells,) = struct.unpack_from(">H", page, 3)
-        if 8 + 2 * cells > len(page):
+        # Two bytes that point at a cell and seven that its row needs at least: a forged page cannot have more of them.
+        if 8 + 9 * cells > len(page):
             return
         for place in struct.unpack_from(f">{cells}H", page, 8):
             try:
