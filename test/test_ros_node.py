@@ -184,6 +184,15 @@ def test_crop_box_is_set_and_emptied_again(client: Client) -> None:
     assert label_column(client.ask(sheets_message())).reshape(40, 80)[20, 5] > 0
 
 
+def test_objects_are_asked_for_while_it_runs(client: Client) -> None:
+    message = sheets_message()
+    assert client.set_parameters({"level": "objects"})[0].successful
+    cloud = decode(message, max_points=10**6)
+    wanted = Pipeline(Params(level="objects")).run(cloud).labels
+    np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
+    assert wanted.max() == 2
+
+
 def test_parameters_are_described(client: Client) -> None:
     radius = client.describe("max_radius")
     assert "Vietoris-Rips" in radius.description and "[m]" in radius.description

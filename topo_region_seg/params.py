@@ -181,6 +181,40 @@ class Params(ParameterTable):
         "merge", "small regions join their best neighbor, or lose their label", choices=("merge", "remove")
     )
 
+    # Objects
+    level: str = parameter(
+        "regions",
+        "what gets a label: regions, or objects, which unite regions of like normals across convex borders; objects "
+        "go by the object_ parameters in place of features, max_radius, angle_threshold, normal_radius and "
+        "floor_distance",
+        choices=("regions", "objects"),
+    )
+    object_radius: float = parameter(
+        0.01, "objects: largest scale of the regions that they are made of", unit="m", low=1e-6, high=10.0
+    )
+    object_angle_threshold: float = parameter(
+        4.0, "objects: largest angle between normals of joined points", unit="deg", low=0.0, high=180.0
+    )
+    object_normal_radius: float = parameter(
+        0.008, "objects: radius of the neighborhood that gives a point its normal", unit="m", low=0.0005, high=1.0
+    )
+    object_floor_distance: float = parameter(
+        0.004,
+        "objects: points nearer to the plane than this belong to it; two to three times the noise of the depth",
+        unit="m",
+        low=0.0005,
+        high=1.0,
+    )
+    object_border_radius: float = parameter(
+        0.015, "objects: points of two regions up to this far apart judge the border", unit="m", low=1e-6, high=10.0
+    )
+    object_convexity: float = parameter(
+        0.6,
+        "objects: share of the pairs of points at a border that must be convex for the regions to be one object",
+        low=0.5,
+        high=1.0,
+    )
+
     def __post_init__(self) -> None:
         super().__post_init__()
         for small, large in (
@@ -196,6 +230,20 @@ class Params(ParameterTable):
                 )
         if self.crop_box and not all(self.crop_box[i] < self.crop_box[i + 3] for i in range(3)):
             raise ParameterError(f"crop_box {list(self.crop_box)}: each minimum must be less than its maximum")
+
+    def of_level(self) -> Params:
+        """Return the parameters with which the regions of the level are grown."""
+        if self.level == "regions":
+            return self
+        return self.replace(
+            features="normals",
+            max_radius=self.object_radius,
+            radius=0.0,
+            angle_threshold=self.object_angle_threshold,
+            min_angle_threshold=0.0,
+            normal_radius=self.object_normal_radius,
+            floor_distance=self.object_floor_distance,
+        )
 
     @property
     def point_limit(self) -> int:

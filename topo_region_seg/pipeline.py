@@ -35,6 +35,7 @@ class Pipeline:
 
     def __init__(self, params: Params | None = None) -> None:
         self.params = params or Params()
+        self._used = self.params.of_level()
 
     def run(self, cloud: Cloud, warn: Callable[[str, str], None] | None = None) -> Segmentation:
         """Segment a cloud.
@@ -51,7 +52,7 @@ class Pipeline:
         MissingColorError
             If the cloud has no color and ``params.features`` is not ``normals``.
         """
-        params = self.params
+        params = self._used
         if cloud.rgb is None and params.uses_color:
             raise MissingColorError(
                 f"the cloud has no color, but features is '{params.features}'; set features to 'normals'"
@@ -72,7 +73,8 @@ class Pipeline:
         if warn is not None and points.edge > params.voxel_size:
             warn("thinned", _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params))
         with clock("color"):
-            lab = srgb_to_lab(points.rgb) if points.rgb is not None and params.uses_color else None
+            seen = params.uses_color or params.level == "objects"
+            lab = srgb_to_lab(points.rgb) if points.rgb is not None and seen else None
         with clock("normals"):
             tree = position_tree(points.xyz)
             normals = estimate_normals(points.xyz, tree, params) if params.uses_normals else None
@@ -105,6 +107,7 @@ def warm_up() -> None:
     rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
+    Pipeline(Params(level="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
     data = np.zeros(20, np.uint8)
     data.flags.writeable = False
     floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)

@@ -14,6 +14,7 @@ from topo_region_seg.kernels.region_counts import region_counts
 from topo_region_seg.kernels.tree import Tree
 from topo_region_seg.params import Params
 from topo_region_seg.stages.clock import Clock
+from topo_region_seg.stages.objects import unite_objects
 from topo_region_seg.stages.regions import describe_regions, number_regions
 from topo_region_seg.stages.small_regions import settle_small_regions
 
@@ -63,7 +64,7 @@ class Filtered:
 
     def segmentation(self, params: Params, clock: Clock) -> Segmentation:
         """Return the segmentation at `params.scale`, other parameters being those of the run."""
-        with clock("small_regions"):
+        with clock("small_regions" if params.level == "regions" else "objects"):
             whole = params.scale == self.components.max_radius
             components = self.components if whole else self.components.cut(params.scale)
             region = self._settled(components)
@@ -127,6 +128,9 @@ class Filtered:
         return radius[whole], large[whole], np.maximum(large + rest // size, 1)[whole]
 
     def _settled(self, components: Components) -> IntArray:
+        normals = self.features.normals
+        if self.params.level == "objects" and normals is not None:
+            return unite_objects(self.xyz, normals, self.tree, components.root, self.weight, self.params)
         return settle_small_regions(self.channels, self.tree, components.root, self.weight, self.params)
 
     def _barcode(self, labels: LabelArray) -> Barcode:
