@@ -175,6 +175,20 @@ class Params(ParameterTable):
     )
     filtration_steps: int = parameter(10, "steps of the filtration up to max_radius (S)", low=1, high=10_000)
 
+    # Supervoxels
+    mode: str = parameter(
+        "regions",
+        "what gets a label: regions, or supervoxels, which are connected patches of regions of bounded extent",
+        choices=("regions", "supervoxels"),
+    )
+    seed_spacing: float = parameter(
+        0.03,
+        "supervoxels: spacing of their seeds, and the largest distance of a point from its patch's seed",
+        unit="m",
+        low=0.001,
+        high=10.0,
+    )
+
     # Small regions (paper, section IV.E)
     min_region_size: int = parameter(64, "regions with fewer points are small", unit="points", low=1, high=10_000_000)
     small_regions: str = parameter(
@@ -228,6 +242,8 @@ class Params(ParameterTable):
                     f"{small} ({getattr(self, small)}) is greater than {large} ({getattr(self, large)}); "
                     "lower the one or raise the other"
                 )
+        if self.mode == "supervoxels" and self.level == "objects":
+            raise ParameterError("mode 'supervoxels' divides regions, level 'objects' unites them; set one of the two back")
         if self.crop_box and not all(self.crop_box[i] < self.crop_box[i + 3] for i in range(3)):
             raise ParameterError(f"crop_box {list(self.crop_box)}: each minimum must be less than its maximum")
 

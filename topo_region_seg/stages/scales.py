@@ -17,6 +17,7 @@ from topo_region_seg.stages.clock import Clock
 from topo_region_seg.stages.objects import unite_objects
 from topo_region_seg.stages.regions import describe_regions, number_regions
 from topo_region_seg.stages.small_regions import settle_small_regions
+from topo_region_seg.stages.supervoxels import supervoxels
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,14 @@ class Filtered:
 
     def segmentation(self, params: Params, clock: Clock) -> Segmentation:
         """Return the segmentation at `params.scale`, other parameters being those of the run."""
-        with clock("small_regions" if params.level == "regions" else "objects"):
+        patches = params.mode == "supervoxels"
+        with clock("supervoxels" if patches else "small_regions" if params.level == "regions" else "objects"):
             whole = params.scale == self.components.max_radius
             components = self.components if whole else self.components.cut(params.scale)
-            region = self._settled(components)
+            if patches:
+                region = supervoxels(self.channels, components.root, self.weight, params)
+            else:
+                region = self._settled(components)
         with clock("regions"):
             labels = number_regions(self.xyz, region, self.weight)
             regions = describe_regions(self.xyz, self.features, labels, self.weight, components)
@@ -86,6 +91,8 @@ class Filtered:
 
     def radius_of(self, regions: int) -> float:
         """Return a scale with at least so many regions, metres, as `Segmentation.cut` says."""
+        if self.params.mode == "supervoxels":
+            raise ValueError("cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing")
         radius, large, most = self._candidates()
         if self.params.small_regions == "remove":
             enough = np.flatnonzero(large >= regions)
