@@ -121,6 +121,17 @@ def frame(cloud: Cloud, distance: float, voxel: float, repeats: int, folder: Pat
     return {name: timing(answer[name]["times_ms"]) for name in names}
 
 
+def supervoxels(
+    cloud: Cloud, rows: npt.NDArray[np.int64], voxel: float, spacing: float, repeats: int, folder: Path
+) -> tuple[Timing, npt.NDArray[np.int32]]:
+    """Divide some points of a cloud by SupervoxelClustering (VCCS); one thread. Returns their labels, 0 = none."""
+    assert cloud.rgb is not None
+    points, labels = folder / "points.f32", folder / "labels.i32"
+    np.column_stack([cloud.xyz[rows].astype(np.float32), pack_rgb(cloud.rgb[rows])]).tofile(points)
+    answer = _run("supervoxels", points, voxel, spacing, repeats, labels)
+    return timing(answer["supervoxels"]["times_ms"]), np.fromfile(labels, np.int32)
+
+
 def _rows(points: Points) -> FloatArray:
     return np.column_stack([points.xyz, points.lab, points.normals])
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from topo_region_seg.api import segment
-    from topo_region_seg.data import Barcode, Cloud, Components, Features, Region, RegionTable, Segmentation
+    from topo_region_seg.data import Adjacency, Barcode, Cloud, Components, Features, Region, RegionTable, Segmentation
     from topo_region_seg.params import ParameterError, Params
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
     from topo_region_seg.stages.filtration import persistent_components
@@ -25,6 +25,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "segment": "api",
+    "Adjacency": "data",
     "Barcode": "data",
     "Cloud": "data",
     "Components": "data",
@@ -41,6 +42,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Adjacency",
     "Barcode",
     "Cloud",
     "Components",

@@ -238,6 +238,31 @@ class RegionTable:
         )
 
 
+@dataclass(frozen=True)
+class Adjacency:
+    """Which regions touch: the edges of their adjacency graph, in the order of their labels.
+
+    Parameters
+    ----------
+    pairs : (M, 2) uint32
+        Labels of two regions that touch, the smaller one first; each pair is there once.
+    counts : (M,) int64
+        How many pairs of points, one of each region, are near.
+    points : (sum of counts, 2) int32
+        These points, rows of the preprocessed cloud, that of the first region first; pair after pair of regions.
+    start : (M + 1,) int64
+        The points of pair i are the rows ``start[i]:start[i + 1]`` of `points`.
+    """
+
+    pairs: npt.NDArray[np.uint32]
+    counts: IntArray
+    points: IndexArray
+    start: IntArray
+
+    def __len__(self) -> int:
+        return len(self.pairs)
+
+
 class Scales(Protocol):
     """A filtration of which every scale can be had."""
 
@@ -247,6 +272,10 @@ class Scales(Protocol):
 
     def radius_of(self, regions: int) -> float:
         """Return a scale with at least so many regions, metres."""
+        ...
+
+    def adjacency(self, labels: LabelArray, radius: float) -> Adjacency:
+        """Return which regions touch, given the labels of the preprocessed points."""
         ...
 
 
@@ -319,3 +348,22 @@ class Segmentation:
         if (radius is None) == (regions is None):
             raise ValueError("give either radius or regions")
         return self.scales.at(radius if radius is not None else self.scales.radius_of(int(regions or 0)))
+
+    def adjacency(self, radius: float | None = None) -> Adjacency:
+        """Return which regions touch, and how many pairs of points at their border are near.
+
+        Parameters
+        ----------
+        radius : float, optional
+            Largest distance of two such points, metres; `normal_radius`, within which points count as one surface,
+            unless given.
+
+        Raises
+        ------
+        ValueError
+            If `radius` is not above 0.
+        """
+        radius = self.params.normal_radius if radius is None else radius
+        if not radius > 0.0:
+            raise ValueError(f"radius is {radius}, must be above 0 m")
+        return self.scales.adjacency(self.barcode.label, radius)

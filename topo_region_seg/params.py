@@ -243,7 +243,9 @@ class Params(ParameterTable):
                     "lower the one or raise the other"
                 )
         if self.mode == "supervoxels" and self.level == "objects":
-            raise ParameterError("mode 'supervoxels' divides regions, level 'objects' unites them; set one of the two back")
+            raise ParameterError(
+                "mode 'supervoxels' divides regions, level 'objects' unites them; set one of the two back"
+            )
         if self.crop_box and not all(self.crop_box[i] < self.crop_box[i + 3] for i in range(3)):
             raise ParameterError(f"crop_box {list(self.crop_box)}: each minimum must be less than its maximum")
 

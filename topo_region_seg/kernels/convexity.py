@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.kernels.borders import DEEP, node_gap
 from topo_region_seg.kernels.borrow import borrowed
 from topo_region_seg.kernels.compile import index, inlined, kernel
 from topo_region_seg.kernels.merging import uniform_regions
-from topo_region_seg.kernels.tree import SLACK, Tree
+from topo_region_seg.kernels.tree import Tree
 
-DEEP = 512  # pairs of nodes that may wait: three a level of the tree at most
 FREE = -1
 
 
@@ -137,15 +137,3 @@ def longer(key, figures):  # type: ignore[no-untyped-def]
     room, rows = np.empty(2 * len(key), np.int64), np.empty((2 * len(key), 3))
     room[: len(key)], rows[: len(key)] = key, figures
     return room, rows
-
-
-@inlined
-def node_gap(boxes, p, q):  # type: ignore[no-untyped-def]
-    """Return at most the squared distance of the boxes of two nodes."""
-    gap = 0.0
-    for c in range(3):
-        below = np.float64(boxes[index(8 * p + c)]) - np.float64(boxes[index(8 * q + 4 + c)])
-        above = np.float64(boxes[index(8 * q + c)]) - np.float64(boxes[index(8 * p + 4 + c)])
-        apart = max(0.0, below, above)
-        gap += apart * apart
-    return gap * SLACK

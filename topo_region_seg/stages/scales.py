@@ -9,10 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from topo_region_seg.data import Barcode, Components, Features, FloatArray, IntArray, LabelArray, Plane, Segmentation
+from topo_region_seg.data import (
+    Adjacency,
+    Barcode,
+    Components,
+    Features,
+    FloatArray,
+    IntArray,
+    LabelArray,
+    Plane,
+    Segmentation,
+)
 from topo_region_seg.kernels.region_counts import region_counts
 from topo_region_seg.kernels.tree import Tree
 from topo_region_seg.params import Params
+from topo_region_seg.stages.adjacency import adjacency
 from topo_region_seg.stages.clock import Clock
 from topo_region_seg.stages.objects import unite_objects
 from topo_region_seg.stages.regions import describe_regions, number_regions
@@ -92,7 +103,9 @@ class Filtered:
     def radius_of(self, regions: int) -> float:
         """Return a scale with at least so many regions, metres, as `Segmentation.cut` says."""
         if self.params.mode == "supervoxels":
-            raise ValueError("cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing")
+            raise ValueError(
+                "cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing"
+            )
         radius, large, most = self._candidates()
         if self.params.small_regions == "remove":
             enough = np.flatnonzero(large >= regions)
@@ -120,6 +133,10 @@ class Filtered:
             else:
                 above = middle
         return float(radius[place])
+
+    def adjacency(self, labels: LabelArray, radius: float) -> Adjacency:
+        """Return which regions touch, given the labels of the preprocessed points."""
+        return adjacency(self.xyz, labels, self.tree, radius)
 
     def _candidates(self) -> tuple[FloatArray, IntArray, IntArray]:
         """Return, for all scales that differ, the largest of those alike, and the least and largest count of regions.

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Supervoxels: connected, homogeneous, of bounded extent, and parts of regions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from oracles import Points, homogeneous_edges
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+import topo_region_seg as trs
+from topo_region_seg.bags import open_bag
+from topo_region_seg.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.params import ParameterError
+from topo_region_seg.pointcloud2 import decode
+
+RECORDED = Path(__file__).resolve().parents[1] / "bags" / "tabletop_sim"
+SPACING = 0.02
+PATCHES = trs.Params(
+    mode="supervoxels", seed_spacing=SPACING, remove_floor=False, voxel_size=0.0, max_radius=0.008, min_region_size=5
+)
+
+
+def sheet(seed: int = 0) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint8]]:
+    """Return a bent sheet of two colors, about 4 mm between points, with noise, at 0.8 m."""
+    rng = np.random.default_rng(seed)
+    x, y = (0.004 * grid.ravel() for grid in np.meshgrid(np.arange(40), np.arange(25)))
+    z = 0.8 + np.where(x < 0.08, 0.0, 0.7 * (x - 0.08))
+    xyz = np.column_stack([x, y, z]) + rng.normal(scale=0.0002, size=(1000, 3))
+    rgb = np.where((y < 0.05)[:, None], [180, 60, 60], [60, 60, 180]) + rng.integers(-4, 5, (1000, 3))
+    return xyz, rgb.astype(np.uint8)
+
+
+def patches_of(seg: trs.Segmentation) -> list[npt.NDArray[np.int64]]:
+    return [np.flatnonzero(seg.labels == label) for label in range(1, len(seg.regions) + 1)]
+
+
+def connected(n: int, edges: npt.NDArray[np.int64], rows: npt.NDArray[np.int64]) -> bool:
+    inside = np.isin(edges, rows).all(axis=1)
+    graph = coo_array((np.ones(inside.sum()), tuple(edges[inside].T)), (n, n))
+    return len(np.unique(connected_components(graph, directed=False)[1][rows])) == 1
+
+
+@pytest.mark.parametrize("small", ["remove", "merge"])
+@pytest.mark.parametrize("seed", range(3))
+def test_patches_are_connected_and_bounded(seed: int, small: str) -> None:
+    xyz, rgb = sheet(seed)
+    seg = trs.segment(xyz, rgb, PATCHES.replace(small_regions=small))
+    # Left-overs may join a patch across a difference, but not across a gap.
+    if small == "remove":
+        edges = homogeneous_edges(Points(xyz, seg.features.lab, seg.features.normals), seg.params)[0]
+    else:
+        edges = cKDTree(xyz).query_pairs(PATCHES.max_radius, output_type="ndarray")
+    found = patches_of(seg)
+    assert len(found) > 15
+    for rows in found:
+        assert connected(len(xyz), edges, rows)
+        reach = np.linalg.norm(xyz[rows][:, None] - xyz[rows][None], axis=2).max(axis=1)
+        assert reach.min() <= SPACING, "one of the points is the seed, near to all others"
+
+
+def test_patches_are_parts_of_regions() -> None:
+    xyz, rgb = sheet()
+    seg = trs.segment(xyz, rgb, PATCHES.replace(small_regions="remove"))
+    for rows in patches_of(seg):
+        assert len(np.unique(seg.components.root[rows])) == 1
+    labels = np.unique(seg.labels[seg.labels > 0])
+    np.testing.assert_array_equal(labels, np.arange(1, len(seg.regions) + 1))
+
+
+@pytest.mark.parametrize("small", ["remove", "merge"])
+def test_the_order_of_the_points_does_not_matter(small: str) -> None:
+    xyz, rgb = sheet()
+    order = np.random.default_rng(5).permutation(len(xyz))
+    params = PATCHES.replace(small_regions=small)
+    np.testing.assert_array_equal(
+        trs.segment(xyz[order], rgb[order], params).labels, trs.segment(xyz, rgb, params).labels[order]
+    )
+
+
+def test_more_patches_where_seeds_are_nearer() -> None:
+    xyz, rgb = sheet()
+    counts = [len(trs.segment(xyz, rgb, PATCHES.replace(seed_spacing=s)).regions) for s in (0.015, 0.03, 0.06, 0.5)]
+    assert counts == sorted(counts, reverse=True) and counts[0] > 3 * counts[2] and counts[2] > 2 * counts[3]
+
+
+def test_adjacent_patches_form_one_graph() -> None:
+    xyz, rgb = sheet()
+    seg = trs.segment(xyz, rgb, PATCHES)
+    pairs = seg.adjacency(PATCHES.max_radius).pairs.astype(np.int64) - 1
+    n = len(seg.regions)
+    graph = coo_array((np.ones(len(pairs)), tuple(pairs.T)), (n, n))
+    assert connected_components(graph, directed=False)[0] == 1
+
+
+def test_a_recorded_frame() -> None:
+    with open_bag(RECORDED) as reader:
+        topic = cloud_topic(reader)
+        cloud = decode(decode_message(next(iter(reader.messages([topic.name]))), topic), max_points=10**6)
+    regions, patches = (trs.Pipeline(trs.Params(mode=mode)).run(cloud) for mode in ("regions", "supervoxels"))
+    assert len(patches.regions) > len(regions.regions)
+    extent = (patches.regions.maximum - patches.regions.minimum).max(axis=1)
+    assert extent.max() <= 2 * trs.Params().seed_spacing
+
+
+def test_what_does_not_go_together_is_refused() -> None:
+    with pytest.raises(ParameterError, match="mode 'supervoxels'"):
+        trs.Params(mode="supervoxels", level="objects")
+    with pytest.raises(ValueError, match="seed_spacing"):
+        trs.segment(*sheet(), PATCHES).cut(regions=3)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2])
+def test_few_points(n: int) -> None:
+    xyz = np.arange(3.0 * n).reshape(n, 3) + 0.5
+    assert trs.segment(xyz, np.zeros((n, 3), np.uint8), PATCHES).labels.shape == (n,)
