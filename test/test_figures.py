@@ -31,7 +31,8 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
     death[first] = np.inf
     root = first[np.unique(labels, return_inverse=True)[1]].astype(np.int64)
     rows = np.zeros((regions, 3))
-    table = RegionTable(np.full(regions, n // max(regions, 1)), rows, rows, rows, rows, rows, np.zeros(regions))
+    label, size = np.arange(1, regions + 1, dtype=np.uint32), np.full(regions, n // max(regions, 1))
+    table = RegionTable(label, size, rows, rows, rows, rows, rows, np.zeros(regions))
     return Segmentation(
         labels=labels,
         regions=table,

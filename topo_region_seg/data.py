@@ -192,10 +192,12 @@ class Region:
 
 @dataclass(frozen=True)
 class RegionTable:
-    """All regions of a frame, one row each, row i has label i + 1; lengths in metres, sensor frame.
+    """All regions of a frame, one row each, largest first; lengths in metres, sensor frame.
 
     Parameters
     ----------
+    label : (M,) uint32
+        Label of the region: the row counted from 1, unless labels are kept over frames.
     size : (M,) int64
         Number of labeled input points.
     centroid, minimum, maximum : (M, 3) float64
@@ -206,6 +208,7 @@ class RegionTable:
         How long the region stood unchanged before `max_radius`: `max_radius` minus the last scale at which it grew.
     """
 
+    label: LabelArray
     size: IntArray
     centroid: FloatArray
     minimum: FloatArray
@@ -227,7 +230,7 @@ class RegionTable:
             return x, y, z
 
         return Region(
-            label=index + 1,
+            label=int(self.label[index]),
             size=int(self.size[index]),
             centroid=row(self.centroid),
             minimum=row(self.minimum),
@@ -286,7 +289,8 @@ class Segmentation:
     Parameters
     ----------
     labels : (N,) uint32
-        Label of every input point; 0 = no region, regions count from 1, largest first.
+        Label of every input point; 0 = no region, regions count from 1, largest first,
+        unless labels are kept over frames.
     regions : RegionTable
         Properties of the regions.
     barcode : Barcode

@@ -78,7 +78,7 @@ def regions(types: MessageTypes, header: Any, seg: Segmentation) -> Any:
     """Return one row per region: centroid, label, size, box, mean CIELAB color, mean normal and persistence."""
     table = seg.regions
     columns: dict[str, npt.NDArray[Any]] = _named(("x", "y", "z"), table.centroid)
-    columns["label"] = np.arange(1, len(table) + 1, dtype=np.uint32)
+    columns["label"] = table.label
     columns["size"] = table.size.astype(np.uint32)
     columns |= _named(("min_x", "min_y", "min_z"), table.minimum)
     columns |= _named(("extent_x", "extent_y", "extent_z"), table.maximum - table.minimum)
@@ -104,7 +104,7 @@ def region_markers(types: MessageTypes, header: Any, seg: Segmentation) -> Any:
     The first marker deletes those of the frame before.
     """
     markers = [_marker(types, header, "", 0, types.Marker.ARROW, types.Marker.DELETEALL)]
-    hues = colors(np.arange(1, len(seg.regions) + 1, dtype=np.uint32)) / 255.0
+    hues = colors(seg.regions.label) / 255.0
     for region, hue in zip((seg.regions[i] for i in range(len(seg.regions))), hues, strict=True):
         markers.append(_box(types, header, region, hue))
         text = f"{region.label} ({region.size})"

@@ -229,6 +229,11 @@ class Params(ParameterTable):
         high=1.0,
     )
 
+    # Streams
+    track_regions: bool = parameter(
+        False, "regions keep their labels from frame to frame; new ones get labels that were not used before"
+    )
+
     def __post_init__(self) -> None:
         super().__post_init__()
         for small, large in (

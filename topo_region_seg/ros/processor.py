@@ -16,6 +16,7 @@ from topo_region_seg.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.stages.tracking import Tracker
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,11 @@ class FrameProcessor:
         self._statistics = statistics
         self._log = log
         self._greeted = False
+        self._tracker = Tracker()
+
+    def forget(self) -> None:
+        """Begin a new stream: regions of before give their labels to none."""
+        self._tracker = Tracker()
 
     def process(self, frame: Frame) -> None:
         """Answer `frame`, or count and log why it cannot be answered. Never raises."""
@@ -67,14 +73,15 @@ class FrameProcessor:
         decoded = time.monotonic()
         if not frame.msg.header.frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
+        stamp = frame.msg.header.stamp
         seg = pipeline.run(cloud, self._log.once)
+        seg = self._tracker.follow(cloud, seg, stamp.sec + 1e-9 * stamp.nanosec)
         segmented = time.monotonic()
         self._outputs.publish(frame.msg, cloud, seg)
         published = time.monotonic()
 
         stages = {"decode": 1e3 * (decoded - started), **seg.ms, "publish": 1e3 * (published - segmented)}
         # In plain numbers: a stamp may be negative, which rclpy's Time refuses.
-        stamp = frame.msg.header.stamp
         age = 1e-6 * (self._clock.now().nanoseconds - stamp.sec * 1_000_000_000 - stamp.nanosec)
         latency = 1e3 * (published - frame.arrived)
         self._statistics.processed(

@@ -94,6 +94,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
                 raise RuntimeError("not configured")
             self._statistics.restart()
             super(RegionSegmentation, self).on_activate(state)
+            self._processor.forget()
             reliability = self._node_params.input_reliability
             self._input = Input(self, self._processor.process, self._statistics, self._log, reliability)
             self.get_logger().info(f"active: waiting for clouds on {self._input.topic}")

@@ -38,6 +38,7 @@ def describe_regions(
     with np.errstate(invalid="ignore"):
         direction = np.where(length > 0.0, sums[:, 6:9] / length, np.nan)
     return RegionTable(
+        label=np.arange(1, n_regions + 1, dtype=np.uint32),
         size=size,
         centroid=sums[:, 0:3] / size[:, None],
         minimum=low,

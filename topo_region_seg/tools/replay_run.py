@@ -20,6 +20,7 @@ from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import MissingColorError, Pipeline
 from topo_region_seg.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.stages.tracking import Tracker
 from topo_region_seg.tools.console import Steps, note
 from topo_region_seg.tools.interrupt import stop_request
 from topo_region_seg.tools.overlap import finish_behind, read_ahead
@@ -82,6 +83,7 @@ class Replay:
         self.rejected: list[Rejection] = []
         self.interrupted = False
         self._pipeline = Pipeline(params)
+        self._tracker = Tracker()
         self._output = output
         self._debug = debug
         self._warned: set[str] = set()
@@ -121,7 +123,7 @@ class Replay:
         if given.cloud is not None:
             started = time.perf_counter()
             with self._rejections(given):
-                seg = self._pipeline.run(given.cloud, self._warn_once)
+                seg = self._tracker.follow(given.cloud, self._pipeline.run(given.cloud, self._warn_once), given.stamp)
             given.run_ms = 1e3 * (time.perf_counter() - started)
         return seg
 

@@ -38,10 +38,10 @@ def region_table(cloud: Cloud, seg: Segmentation) -> Table:
     for name in ("points", "center x, y, z (m)", "extents x, y, z (cm)", "persistence (mm)"):
         table.add_column(name, justify="right")
     means = None if cloud.rgb is None else _mean_colors(cloud.rgb, seg)
-    marks = colors(np.arange(len(seg.regions) + 1, dtype=np.uint32))
+    marks = colors(seg.regions.label)
     for row in range(len(seg.regions)):
         region = seg.regions[row]
-        cells: list[str | Text] = [Text.assemble(("■ ", f"rgb{_rgb(marks[region.label])}"), str(region.label))]
+        cells: list[str | Text] = [Text.assemble(("■ ", f"rgb{_rgb(marks[row])}"), str(region.label))]
         if means is not None:
             mean = means[region.label]
             cells.append(Text.assemble(("██ ", f"rgb{_rgb(mean)}"), "#{:02x}{:02x}{:02x}".format(*mean.tolist())))

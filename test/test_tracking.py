@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Labels that stay with their regions over frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.stages.tracking import MEMORY, Tracker
+
+PARAMS = Params(track_regions=True, remove_floor=False, voxel_size=0.0)
+COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))
+Box = tuple[int, int, int, int, int]  # rows, columns, color
+
+
+def frame(*boxes: Box, organized: bool = True) -> tuple[Cloud, Segmentation]:
+    """Plane patches of a color each on a grid of 4 mm; nothing elsewhere."""
+    rows, columns = np.mgrid[0:48, 0:64]
+    xyz = np.stack([0.004 * columns, 0.004 * rows, np.ones(rows.shape)], axis=2).astype(np.float32)
+    rgb = np.zeros((48, 64, 3), np.uint8)
+    filled = np.zeros((48, 64), bool)
+    for top, bottom, left, right, color in boxes:
+        filled[top:bottom, left:right] = True
+        rgb[top:bottom, left:right] = COLORS[color]
+    xyz[~filled] = np.nan
+    height, width = (48, 64) if organized else (1, 48 * 64)
+    cloud = Cloud(xyz.reshape(-1, 3), rgb.reshape(-1, 3), height, width)
+    return cloud, Pipeline(PARAMS).run(cloud)
+
+
+A, B, C = (2, 22, 2, 22, 0), (2, 18, 40, 56, 1), (30, 42, 20, 40, 2)
+
+
+def at(seg: Segmentation, box: Box) -> int:
+    return int(seg.labels.reshape(48, 64)[(box[0] + box[1]) // 2, (box[2] + box[3]) // 2])
+
+
+def permuted(seg: Segmentation, rng: np.random.Generator) -> Segmentation:
+    table = np.concatenate([[0], 1 + rng.permutation(len(seg.regions))]).astype(np.uint32)
+    regions = replace(seg.regions, label=table[seg.regions.label])
+    return replace(
+        seg, labels=table[seg.labels], regions=regions, barcode=replace(seg.barcode, label=table[seg.barcode.label])
+    )
+
+
+@pytest.mark.parametrize("organized", [True, False])
+def test_whatever_labels_the_frames_come_with(organized: bool) -> None:
+    rng, tracker, plain = np.random.default_rng(0), Tracker(), Tracker()
+    for shift in range(6):
+        boxes = [(t + shift, b + shift, left, right, color) for t, b, left, right, color in (A, B, C)]
+        cloud, seg = frame(*boxes, organized=organized)
+        mixed = tracker.follow(cloud, permuted(seg, rng), shift)
+        assert np.array_equal(mixed.labels, plain.follow(cloud, seg, shift).labels)
+        assert [at(mixed, box) for box in boxes] == [1, 2, 3]
+
+
+def test_the_partition_stays_and_rows_carry_their_labels() -> None:
+    tracker = Tracker()
+    for stamp, boxes in enumerate(((A, B, C), (B, C), (C, A), (A,))):
+        cloud, seg = frame(*boxes)
+        done = tracker.follow(cloud, seg, stamp)
+        pairs = np.unique(np.stack([seg.labels, done.labels]), axis=1)
+        assert len(np.unique(pairs[0])) == len(np.unique(pairs[1])) == pairs.shape[1]
+        assert np.array_equal(done.labels == 0, seg.labels == 0)
+        for row, label in enumerate(done.regions.label):
+            assert done.regions[row].label == label
+            assert np.count_nonzero(done.labels == label) == done.regions.size[row]
+        assert set(done.barcode.label) <= {0, *done.regions.label}
+
+
+@pytest.mark.parametrize(("gone", "same"), [(1, True), (MEMORY, True), (MEMORY + 1, False)])
+def test_a_region_that_returns_within_memory_is_itself(gone: int, same: bool) -> None:
+    tracker = Tracker()
+    first = tracker.follow(*frame(A, B), 0.0)
+    for stamp in range(gone):
+        tracker.follow(*frame(A), 1.0 + stamp)
+    back = tracker.follow(*frame(A, B), 100.0)
+    assert at(back, A) == at(first, A)
+    assert (at(back, B) == at(first, B)) is same
+    if not same:
+        assert at(back, B) > 2  # a label is not used again
+
+
+def test_the_bigger_part_keeps_the_label() -> None:
+    tracker = Tracker()
+    whole, big, small = (2, 22, 2, 42, 0), (2, 22, 2, 26, 0), (2, 22, 34, 42, 0)
+    label = at(tracker.follow(*frame(whole), 0.0), whole)
+    parts = tracker.follow(*frame(big, small), 1.0)
+    assert at(parts, big) == label
+    assert at(parts, small) > label
+
+
+def test_the_larger_label_stays_at_a_merge() -> None:
+    tracker = Tracker()
+    whole, big, small = (2, 22, 2, 42, 0), (2, 22, 2, 24, 0), (2, 22, 32, 42, 0)
+    parts = tracker.follow(*frame(big, small), 0.0)
+    merged = tracker.follow(*frame(whole), 1.0)
+    assert at(merged, whole) == at(parts, big)
+    again = tracker.follow(*frame(big, small), 2.0)
+    assert (at(again, big), at(again, small)) == (at(parts, big), at(parts, small))
+
+
+def test_another_thing_at_another_place_is_new() -> None:
+    tracker = Tracker()
+    tracker.follow(*frame(A), 0.0)
+    assert at(tracker.follow(*frame(C), 1.0), C) == 2
+
+
+def test_begins_anew_where_time_jumps_back_or_it_was_off() -> None:
+    tracker = Tracker()
+    tracker.follow(*frame(A, B, C), 5.0)
+    assert at(tracker.follow(*frame(C), 4.0), C) == 1
+    tracker.follow(*frame(A, B, C), 5.0)
+    cloud, seg = frame(B)
+    off = replace(seg, params=PARAMS.replace(track_regions=False))
+    assert tracker.follow(cloud, off, 6.0) is off
+    assert at(tracker.follow(cloud, seg, 7.0), B) == 1
+
+
+def test_nothing_to_track() -> None:
+    tracker = Tracker()
+    assert not tracker.follow(*frame(), 0.0).labels.any()
+    assert at(tracker.follow(*frame(A), 1.0), A) == 1
+    assert not tracker.follow(*frame(), 2.0).labels.any()
+    assert at(tracker.follow(*frame(A), 3.0), A) == 1
