@@ -305,8 +305,8 @@ def test_replay_goes_on_after_an_error_in_a_frame(bag, tmp_path, monkeypatch, ca
     original, calls = Pipeline.run, []
 
     def sometimes(self, cloud, *more):
-        calls.append(1)
-        if len(calls) == 3:  # the first is the warm-up
+        calls.extend([1] * (cloud.height > 1))  # the clouds of the warm-up have no image grid
+        if cloud.height > 1 and len(calls) == 2:
             raise RuntimeError("broken")
         return original(self, cloud, *more)
 
