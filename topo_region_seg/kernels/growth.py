@@ -72,7 +72,9 @@ def add_point(channels, p, owner, count, sums):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def put_neighbors(channels, near, patch, seed, limits, alike, bound, unit, count, sums, queue, p, owner):  # type: ignore[no-untyped-def]
+def put_neighbors(  # type: ignore[no-untyped-def]
+    channels, near, patch, seed, limits, alike, bound, unit, count, sums, queue, p, owner
+):
     """Put the free neighbors of a point of patch `owner` into the queue."""
     at = seed[owner]
     length2 = sums[owner, 6] ** 2 + sums[owner, 7] ** 2 + sums[owner, 8] ** 2

@@ -71,7 +71,7 @@ def supervoxels(channels: FloatArray, root: IntArray, weight: IntArray, params: 
 
 
 def seeds(xyz: FloatArray, root: IntArray, weight: IntArray, params: Params) -> IntArray:
-    """Return the seeds (S,): of each component's part in each cell of a grid, the point nearest to the middle.
+    """Return the points (S,) that patches grow from: of each component's part in each cell of a grid, the middle one.
 
     The grid has cells of `seed_spacing`; parts of fewer than `min_region_size` input points get no seed.
     """
