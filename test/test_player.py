@@ -19,7 +19,11 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
+
+from topo_region_seg.ros import player
+from topo_region_seg.ros.player import Playback
 
 
 @pytest.fixture
@@ -96,6 +100,14 @@ def test_loop_with_fresh_stamps_until_ctrl_c(listener, ros_domain, tmp_path):
     assert stamps == sorted(stamps)
     assert started - 1 < stamps[0] < time.time() + 1
     assert bytes(listener[2][1].data) == bytes(listener[0][1].data)
+
+
+def test_a_signal_between_two_clouds_ends_as_ctrl_c_does(ros_domain, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(ros_domain + 50))
+    data = serialize_message(PointCloud2())
+    playback = Playback("/points", hz=1e6, wait_for=0)
+    # The second cloud is due at once: nothing looks at the context between its end and the publishing.
+    assert player.play(lambda: iter([(0, data), (0, data)]), playback, report=print, step=rclpy.shutdown) == 1
 
 
 def test_nobody_subscribes(ros_domain, tmp_path):

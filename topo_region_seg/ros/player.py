@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -80,6 +81,7 @@ def play(
     """
     rclpy.init(args=list(ros_arguments))
     published = 0
+    node: Node | None = None
     try:
         node = Node("topo_region_seg_player")
         policy = ReliabilityPolicy.RELIABLE if playback.reliable else ReliabilityPolicy.BEST_EFFORT
@@ -94,6 +96,10 @@ def play(
             publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT))
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except rclpy_implementation.RCLError:
+        # A signal that comes inside of publish() leaves no other trace than its dead context.
+        if node is None or node.context.ok():
+            raise
     finally:
         rclpy.try_shutdown()
     return published
