@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Labels over frames, tracked and not: how many points change theirs, and how often an object gets another one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+from benchmarks.recordings import CLOUDS, FIRST_OBJECT, RECORDING
+from benchmarks.report import table
+from benchmarks.results import Setting
+from topo_region_seg.bags import open_bag
+from topo_region_seg.bags.clouds import decode_message
+from topo_region_seg.data import Cloud, LabelArray
+from topo_region_seg.figures.shading import own_colors, region_colors
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.pointcloud2 import decode
+from topo_region_seg.simulation import Camera, simulate, tabletop
+from topo_region_seg.simulation.camera import orbit
+from topo_region_seg.stages.tracking import Tracker
+
+TITLE = "Labels over frames"
+DOCUMENT = "tracking.md"
+LAPTOP = RECORDING.parent / "laptop_stream"
+RATE = 30.0
+SCENES = 4
+STATIC_FRAMES, ORBIT_FRAMES = 30, 60
+SWEEP = math.radians(40.0)
+SHARE = 0.5
+"""Of a true segment's points, those that its label has at least, for the segment to have a label at all."""
+SAME = 0.5
+"""Intersection over union of two regions of consecutive frames from which on they are taken for one thing."""
+LEVELS = ("regions", "objects")
+
+
+@dataclass(frozen=True)
+class Step:
+    """A frame of a stream: cloud, labels untracked and tracked, truth if any, and the milliseconds of tracking."""
+
+    cloud: Cloud
+    plain: LabelArray
+    tracked: LabelArray
+    truth: npt.NDArray[np.uint32] | None
+    ms: float
+
+
+def follow(stream: Iterable[tuple[Cloud, npt.NDArray[np.uint32] | None]], params: Params) -> list[Step]:
+    """Segment and track a stream."""
+    pipeline, tracker, steps = Pipeline(params.replace(track_regions=True)), Tracker(), []
+    for number, (cloud, truth) in enumerate(stream):
+        seg = pipeline.run(cloud)
+        tracked = tracker.follow(cloud, seg, number / RATE)
+        steps.append(Step(cloud, seg.labels, tracked.labels, truth, tracked.ms["tracking"]))
+    return steps
+
+
+def simulated(scene: int, cameras: Sequence[Camera]) -> Iterator[tuple[Cloud, npt.NDArray[np.uint32]]]:
+    """Yield what the cameras see of a tabletop one after the other, each with noise of its own."""
+    for number, camera in enumerate(cameras):
+        frame = simulate(tabletop(scene), camera, 1_000 * scene + number)
+        yield frame.cloud, frame.labels
+
+
+def recorded(folder: Path) -> Iterator[tuple[Cloud, None]]:
+    """Yield the clouds of a recording."""
+    with open_bag(folder) as reader:
+        topics = {topic.name: topic for topic in reader.topics}
+        for record in reader.messages([CLOUDS]):
+            yield decode(decode_message(record, topics[CLOUDS]), max_points=1_000_000), None
+
+
+def changed(labels: Sequence[LabelArray]) -> float:
+    """Return the share of the points with a label in one of two consecutive frames that do not keep it."""
+    shares = []
+    for before, after in zip(labels[:-1], labels[1:], strict=True):
+        either = (before > 0) & (after > 0)
+        shares.append(np.mean(before[either] != after[either]))
+    return float(np.mean(shares))
+
+
+def switches(steps: Sequence[Step], labels: Sequence[LabelArray]) -> tuple[int, int]:
+    """Count true segments that get another label than they had last, and all sightings of segments with a label."""
+    held: dict[int, int] = {}
+    count = seen = 0
+    for step, found in zip(steps, labels, strict=True):
+        assert step.truth is not None
+        for segment in np.unique(step.truth[step.truth >= FIRST_OBJECT]).tolist():
+            own = found[step.truth == segment]
+            values, votes = np.unique(own[own > 0], return_counts=True)
+            if len(values) == 0 or votes.max() < SHARE * len(own):
+                continue
+            label = int(values[np.argmax(votes)])
+            count += held.get(segment, label) != label
+            seen += 1
+            held[segment] = label
+    return count, seen
+
+
+def mismatches(steps: Sequence[Step], labels: Sequence[LabelArray]) -> tuple[int, int]:
+    """Count pairs of regions of consecutive frames that lie on one another but differ in label, and all such pairs."""
+    count = seen = 0
+    for first, second, before, after in zip(steps[:-1], steps[1:], labels[:-1], labels[1:], strict=True):
+        both = (first.plain > 0) & (second.plain > 0)
+        pairs, places, common = np.unique(
+            np.column_stack([first.plain[both], second.plain[both]]), axis=0, return_index=True, return_counts=True
+        )
+        rows = np.flatnonzero(both)[places]
+        union = np.bincount(first.plain)[pairs[:, 0]] + np.bincount(second.plain)[pairs[:, 1]] - common
+        same = common >= SAME * union
+        count += int(np.count_nonzero(before[rows[same]] != after[rows[same]]))
+        seen += int(np.count_nonzero(same))
+    return count, seen
+
+
+def measure(setting: Setting, images: Path) -> str:
+    """Measure all streams; return the tables."""
+    scenes = range(setting.choose(SCENES, 1))
+    still, moving = setting.choose(STATIC_FRAMES, 5), setting.choose(ORBIT_FRAMES, 5)
+    static_rows, moving_rows, laptop_rows, times = [], [], [], []
+    shown: list[Step] = []
+    for level in LEVELS:
+        params = Params(level=level)
+        for scene in scenes:
+            steps = follow(simulated(scene, [Camera.kinect()] * still), params)
+            shares = [changed([s.plain for s in steps]), changed([s.tracked for s in steps])]
+            static_rows.append([f"{level}, scene {scene}", *(f"{100.0 * share:.2f}" for share in shares)])
+            times += [step.ms for step in steps]
+            steps = follow(simulated(scene, orbit(Camera.kinect(), moving, SWEEP * moving / ORBIT_FRAMES)), params)
+            plain, tracked = (switches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
+            moving_rows.append([f"{level}, scene {scene}", str(plain[1]), str(plain[0]), str(tracked[0])])
+            if level == LEVELS[0] and scene == 0:
+                shown = steps
+        if LAPTOP.is_dir():
+            steps = follow(recorded(LAPTOP), params)
+            plain, tracked = (mismatches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
+            laptop_rows.append([level, str(plain[1]), str(plain[0]), str(tracked[0])])
+    blocks = [
+        f"Simulated tabletop, camera at rest, Kinect noise, {still} frames each: points that do not have the label "
+        "of the frame before, percent (points with a label in both frames).",
+        table(["", "untracked", "tracked"], static_rows),
+        f"Camera moving round the tabletop, {moving} frames, {math.degrees(SWEEP) * moving / ORBIT_FRAMES:.0f} "
+        "degrees: how often a true segment got another label than it had last.",
+        table(["", "sightings", "switches untracked", "switches tracked"], moving_rows),
+    ]
+    if laptop_rows:
+        blocks += [
+            "Recorded frames of a hand-held camera, 0.26 s apart (laptop_stream, 3 frames): regions that lie on one "
+            f"another in the image (intersection over union from {SAME}) but differ in label.",
+            table(["", "pairs", "differ untracked", "differ tracked"], laptop_rows),
+        ]
+    blocks.append(f"Time: tracking a 640x480 frame takes {median(times):.1f} ms in the median.")
+    _picture(shown, images / "tracking.png")
+    blocks.append("![Four frames of the moving camera, untracked and tracked](images/tracking.png)")
+    return "\n\n".join(blocks)
+
+
+def _picture(steps: Sequence[Step], path: Path) -> None:
+    """Draw some frames of a stream with both kinds of labels."""
+    chosen = [steps[i] for i in np.linspace(0, len(steps) - 1, 4).astype(int)]
+    figure = Figure(figsize=(14, 5.4), dpi=80, facecolor="white")
+    axes = figure.subplots(2, len(chosen))
+    for column, step in enumerate(chosen):
+        for row, (name, labels) in enumerate((("untracked", step.plain), ("tracked", step.tracked))):
+            panel = region_colors(own_colors(step.cloud), labels)
+            axes[row, column].imshow(panel.reshape(step.cloud.height, step.cloud.width, 3)[::2, ::2])
+            axes[row, column].set_title(name if column == 0 else "", loc="left")
+            axes[row, column].set_axis_off()
+    figure.subplots_adjust(left=0.005, right=0.995, bottom=0.01, top=0.95, wspace=0.02, hspace=0.06)
+    figure.savefig(path)
