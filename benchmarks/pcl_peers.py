@@ -132,6 +132,25 @@ def supervoxels(
     return timing(answer["supervoxels"]["times_ms"]), np.fromfile(labels, np.int32)
 
 
+def region_growing(
+    cloud: Cloud,
+    rows: npt.NDArray[np.int64],
+    folder: Path,
+    *,
+    neighbors: int = 30,
+    smallest: int = 64,
+    angle: float = 3.0,
+    curvature: float = 1.0,
+) -> npt.NDArray[np.int32]:
+    """Segment some points of a cloud by RegionGrowing, whose tutorial's values are the defaults; 0 = none."""
+    points, labels = folder / "points.f32", folder / "labels.i32"
+    padded = np.zeros((len(rows), 4), np.float32)
+    padded[:, :3] = cloud.xyz[rows]
+    padded.tofile(points)
+    _run("region_growing", points, neighbors, smallest, angle, curvature, 1, labels)
+    return np.fromfile(labels, np.int32)
+
+
 def _rows(points: Points) -> FloatArray:
     return np.column_stack([points.xyz, points.lab, points.normals])
 

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Supervoxels beside PCL's SupervoxelClustering (VCCS), at as many patches: how well they keep to borders of objects."""
+"""Supervoxels beside as many of PCL's SupervoxelClustering (VCCS): how well they keep to borders of objects."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +61,7 @@ def undersegmentation_error(truth: npt.NDArray[np.uint32], labels: LabelArray) -
     """
     patch = labels.astype(np.int64)
     none = patch == 0
-    patch[none] = patch.max(initial=0) + 1 + np.arange(np.count_nonzero(none))
+    patch[none] = np.max(patch, initial=0) + 1 + np.arange(np.count_nonzero(none))
     pairs, common = np.unique(np.column_stack([patch, truth]), axis=0, return_counts=True)
     size = np.bincount(patch)[pairs[:, 0]]
     return float(np.minimum(common, size - common).sum() / len(truth))
@@ -135,8 +136,8 @@ def measure(setting: Setting, images: Path) -> str:
         except pcl_peers.NoPclError as error:
             without_pcl = str(error)
     blocks = [
-        f"On {len(chosen)} {source()} 640x480 frames, table and background included; borders are those of whole objects "
-        "and of the surroundings; the mean over the frames.",
+        f"On {len(chosen)} {source()} 640x480 frames, table and background included; borders are those of whole "
+        "objects and of the surroundings; the mean over the frames.",
         table(COLUMNS, rows),
         "Time: ours is the whole pipeline with two threads; PCL's that of its `extract`, one thread.",
     ]
@@ -160,10 +161,8 @@ def _picture(frame: Frame, path: Path, folder: Path) -> None:
     panels = {"camera": own}
     known = np.isfinite(cloud.xyz).all(axis=1).reshape(shape)
     divided = {"ours": ours(frame, PARAMS.replace(seed_spacing=PICTURED))[0]}
-    try:
+    with suppress(pcl_peers.NoPclError):
         divided["PCL, voxels of 8 mm"] = pcl(frame, 0.008, PICTURED, folder)[0]
-    except pcl_peers.NoPclError:
-        pass
     for name, labels in divided.items():
         colored = region_colors(own, labels)
         colored[boundary(labels.reshape(shape), known).ravel()] = 20

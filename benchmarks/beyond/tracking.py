@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
@@ -81,7 +82,7 @@ def recorded(folder: Path) -> Iterator[tuple[Cloud, None]]:
 def changed(labels: Sequence[LabelArray]) -> float:
     """Return the share of the points with a label in one of two consecutive frames that do not keep it."""
     shares = []
-    for before, after in zip(labels[:-1], labels[1:], strict=True):
+    for before, after in pairwise(labels):
         either = (before > 0) & (after > 0)
         shares.append(np.mean(before[either] != after[either]))
     return float(np.mean(shares))
@@ -96,7 +97,7 @@ def switches(steps: Sequence[Step], labels: Sequence[LabelArray]) -> tuple[int, 
         for segment in np.unique(step.truth[step.truth >= FIRST_OBJECT]).tolist():
             own = found[step.truth == segment]
             values, votes = np.unique(own[own > 0], return_counts=True)
-            if len(values) == 0 or votes.max() < SHARE * len(own):
+            if len(values) == 0 or np.max(votes) < SHARE * len(own):
                 continue
             label = int(values[np.argmax(votes)])
             count += held.get(segment, label) != label
