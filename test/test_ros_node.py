@@ -135,7 +135,8 @@ def test_what_is_not_always_made_arrives_while_somebody_subscribes(client: Clien
     [
         ({"max_radius": -1.0}, "out of range"),
         ({"max_radius": float("nan")}, "out of range"),
-        ({"max_radius": "wide"}, "Wrong parameter type"),
+        ({"max_radius": "wide"}, "max_radius = 'wide': must be a number or auto"),
+        ({"normal_radius": "wide"}, "Wrong parameter type"),
         ({"filtration_steps": 0}, "out of range"),
         ({"features": "colour"}, "must be one of color+normals, color, normals"),
         ({"crop_box": [0.0, 1.0]}, "must have 0 or 6 numbers"),
@@ -191,6 +192,39 @@ def test_objects_are_asked_for_while_it_runs(client: Client) -> None:
     wanted = Pipeline(Params(level="objects")).run(cloud).labels
     np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
     assert wanted.max() == 2
+
+
+def test_the_scale_is_left_to_the_barcode_while_it_runs(client: Client) -> None:
+    message = sheets_message()
+    assert client.set_parameters({"max_radius": "auto"})[0].successful
+    assert client.get_parameter("max_radius") == "auto"
+    cloud = decode(message, max_points=10**6)
+    wanted = Pipeline(Params.from_mapping({"max_radius": "auto"})).run(cloud).labels
+    np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
+    assert not client.set_parameters({"radius": 0.01})[0].successful
+    assert client.set_parameters({"max_radius": 0.02})[0].successful
+    np.testing.assert_array_equal(label_column(client.ask(message)), Pipeline(Params()).run(cloud).labels)
+
+
+def test_supervoxels_are_asked_for_while_it_runs(client: Client) -> None:
+    message = sheets_message()
+    assert client.set_parameters({"mode": "supervoxels"})[0].successful
+    wanted = Pipeline(Params(mode="supervoxels")).run(decode(message, max_points=10**6)).labels
+    np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
+    assert wanted.max() > 2
+
+
+def test_labels_are_tracked_from_the_moment_that_it_is_asked_for(client: Client) -> None:
+    first = label_column(client.ask(sheets_message()))
+    assert client.set_parameters({"track_regions": True})[0].successful
+    tracked = [label_column(client.ask(sheets_message())) for _ in range(2)]
+    np.testing.assert_array_equal(tracked[0], tracked[1])
+    np.testing.assert_array_equal(tracked[0] > 0, first > 0)
+    # What comes back after the small one was out of sight for a frame has its label again.
+    assert client.set_parameters({"crop_box": [-1.0, -1.0, 0.9, 1.0, 1.0, 1.1]})[0].successful
+    client.ask(sheets_message())
+    assert client.set_parameters({"crop_box": []})[0].successful
+    np.testing.assert_array_equal(label_column(client.ask(sheets_message())), tracked[0])
 
 
 def test_parameters_are_described(client: Client) -> None:

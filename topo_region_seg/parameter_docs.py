@@ -67,7 +67,7 @@ def _range(row: Row) -> str:
         return f"{' or '.join(str(n) for n in spec.lengths)} numbers"
     if spec.low is None or spec.high is None:
         return ""
-    return f"{_bound(spec.low)} to {_bound(spec.high)}"
+    return ", or ".join([f"{_bound(spec.low)} to {_bound(spec.high)}", *(word for word, _ in spec.words)])
 
 
 def _bound(value: float) -> str:

@@ -17,6 +17,15 @@ from typing import Any, TypeVar
 
 P = TypeVar("P", bound="ParameterTable")
 
+AUTO = 0.0
+"""What `max_radius` is kept as where it is chosen for each cloud."""
+
+REFERENCE_SPACING = 1.0 / 525.0
+"""Spacing of points, metres, at which lengths mean what they say where `max_radius` is auto: a VGA Kinect's at 1 m."""
+
+AUTO_REACH = 16.0 * REFERENCE_SPACING
+"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing."""
+
 THINNABLE = 4
 """How many times `max_points` a cloud may have that is thinned: to thin it takes about as much memory as to segment
 `max_points`."""
@@ -35,6 +44,8 @@ class Spec:
     low: float | None = None
     high: float | None = None
     choices: tuple[str, ...] = ()
+    words: tuple[tuple[str, float], ...] = ()
+    """Words that may stand for a number, and the numbers that they are kept as."""
     lengths: tuple[int, ...] = ()
     live: bool = True
 
@@ -85,6 +96,8 @@ class ParameterTable:
     def as_dict(self) -> dict[str, Any]:
         """Return names and values; tuples become lists, so that JSON and YAML can carry them."""
         values = dataclasses.asdict(self)
+        for row in self.table():
+            values[row.name] = next((word for word, n in row.spec.words if n == values[row.name]), values[row.name])
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
@@ -164,7 +177,13 @@ class Params(ParameterTable):
 
     # Filtration (paper, sections IV.A, IV.B, IV.D)
     max_radius: float = parameter(
-        0.02, "largest scale of the Vietoris-Rips filtration (R)", unit="m", low=1e-6, high=10.0
+        0.02,
+        "largest scale of the Vietoris-Rips filtration (R); auto: the scale of the regions is chosen from the barcode "
+        "of each cloud, and all lengths grow with the spacing of the sensor's points (see docs/auto_radius.md)",
+        unit="m",
+        low=1e-6,
+        high=10.0,
+        words=(("auto", AUTO),),
     )
     radius: float = parameter(
         0.0,
@@ -242,11 +261,13 @@ class Params(ParameterTable):
             ("min_angle_threshold", "angle_threshold"),
             ("radius", "max_radius"),
         ):
-            if getattr(self, small) > getattr(self, large):
+            if getattr(self, small) > getattr(self, large) and not (large == "max_radius" and self.auto):
                 raise ParameterError(
                     f"{small} ({getattr(self, small)}) is greater than {large} ({getattr(self, large)}); "
                     "lower the one or raise the other"
                 )
+        if self.auto and self.radius:
+            raise ParameterError(f"radius ({self.radius}) is chosen where max_radius is auto; set one of the two back")
         if self.mode == "supervoxels" and self.level == "objects":
             raise ParameterError(
                 "mode 'supervoxels' divides regions, level 'objects' unites them; set one of the two back"
@@ -274,9 +295,19 @@ class Params(ParameterTable):
         return self.max_points * (THINNABLE if self.over_max_points == "thin" else 1)
 
     @property
+    def auto(self) -> bool:
+        """Whether the scale is chosen for each cloud."""
+        return self.max_radius == AUTO
+
+    @property
+    def reach(self) -> float:
+        """The last scale of the filtration, metres."""
+        return AUTO_REACH if self.auto else self.max_radius
+
+    @property
     def scale(self) -> float:
-        """The scale of the regions, metres."""
-        return self.radius or self.max_radius
+        """The scale of the regions, metres; where it is chosen for each cloud, the largest that can be."""
+        return self.radius or self.reach
 
     @property
     def uses_color(self) -> bool:
@@ -302,9 +333,12 @@ def checked(row: Row, value: Any) -> Any:
         return value
     if row.type is tuple:
         return _checked_numbers(row, value)
+    for word, number in spec.words:
+        if isinstance(value, str) and value == word:
+            return number
     if row.type is int and isinstance(value, float) and value.is_integer():
         value = int(value)
-    kind = "a whole number" if row.type is int else "a number"
+    kind = " or ".join(["a whole number" if row.type is int else "a number", *(word for word, _ in spec.words)])
     if isinstance(value, bool) or not _is_number(value, row.type):
         raise ParameterError(f"{row.name} = {value!r}: must be {kind}")
     value = row.type(value)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +22,7 @@ from topo_region_seg.stages.crop import crop
 from topo_region_seg.stages.filtration import filtration
 from topo_region_seg.stages.floor import above, find_floor
 from topo_region_seg.stages.homogeneity import homogeneity_channels
+from topo_region_seg.stages.local_units import local_units
 from topo_region_seg.stages.normals import estimate_normals
 from topo_region_seg.stages.scales import Filtered
 from topo_region_seg.stages.thinning import thin_for
@@ -61,13 +63,22 @@ class Pipeline:
         with clock("crop"):
             rows = crop(cloud.xyz, params)
             xyz = gather_columns(cloud.xyz, rows)
+        units = None
+        if params.auto:
+            with clock("local_units"):
+                units = local_units(xyz, rows, cloud.width, cloud.height)
         with clock("floor"):
-            plane = find_floor(xyz, params) if params.remove_floor else None
+            plane, distance = None, params.floor_distance * (1.0 if units is None else units.growth(xyz))
+            if params.remove_floor:
+                plane = find_floor(xyz, params.replace(floor_distance=distance))
             if plane is not None:
-                kept = above(xyz, plane, params.floor_distance)
+                kept = above(xyz, plane, distance)
                 rows, xyz = rows[kept], gather(xyz, kept)
             else:
                 xyz = np.ascontiguousarray(xyz)
+        if units is not None:
+            with clock("local_units"):
+                xyz = units.at(xyz)
         with clock("thinning"):
             points = _Points(rows, xyz, None if cloud.rgb is None else cloud.rgb[rows], params)
         if warn is not None and points.edge > params.voxel_size:
@@ -78,11 +89,13 @@ class Pipeline:
         with clock("normals"):
             tree = position_tree(points.xyz)
             normals = estimate_normals(points.xyz, tree, params) if params.uses_normals else None
+            if units is not None and normals is not None:
+                normals = units.normals_back(normals, points.xyz)
         with clock("filtration"):
             channels = homogeneity_channels(points.xyz, lab, normals, params)
             components = filtration(channels, params, tree)
         filtered = Filtered(
-            xyz=points.xyz,
+            xyz=points.xyz if units is None else units.back(points.xyz),
             weight=points.weight,
             index=points.index,
             carry_back=partial(points.carry_back, n=len(cloud)),
@@ -93,6 +106,10 @@ class Pipeline:
             plane=plane,
             params=params,
         )
+        if params.auto:
+            with clock("stable_scale"):
+                params = params.replace(max_radius=params.reach, radius=filtered.stable_scale())
+            filtered = replace(filtered, params=params)
         return filtered.segmentation(params, clock)
 
 

@@ -96,7 +96,7 @@ def gather(
                 content.points = packed_points(given.cloud, own, given.labels, alike, most_points)
         step(f"frame {given.index}")
     for index, bars in barcodes.items():
-        frames[index].bars = summarized(bars, run.params.max_radius)
+        frames[index].bars = summarized(bars, run.params.reach)
     return frames
 
 

@@ -26,8 +26,9 @@ def descriptor(row: Row) -> ParameterDescriptor:
     spec = row.spec
     result = ParameterDescriptor(
         description=f"{spec.doc} [{spec.unit}]" if spec.unit else spec.doc,
-        additional_constraints=f"one of: {', '.join(spec.choices)}" if spec.choices else "",
+        additional_constraints=_constraints(row),
         read_only=not spec.live,
+        dynamic_typing=bool(spec.words),
     )
     if spec.low is not None and spec.high is not None:
         if row.type is float:
@@ -35,6 +36,12 @@ def descriptor(row: Row) -> ParameterDescriptor:
         elif row.type is int:
             result.integer_range = [IntegerRange(from_value=int(spec.low), to_value=int(spec.high), step=0)]
     return result
+
+
+def _constraints(row: Row) -> str:
+    if row.spec.words:
+        return f"a number, or one of: {', '.join(word for word, _ in row.spec.words)}"
+    return f"one of: {', '.join(row.spec.choices)}" if row.spec.choices else ""
 
 
 def declare(node: Node, table: type[P]) -> P:

@@ -82,7 +82,7 @@ def filtration(channels: FloatArray, params: Params, by_position: Tree | None = 
         root[rows], parent[rows], death[rows] = rows[sub_root], rows[sub_parent], sub_death
     else:
         root, parent, death = _grow(channels, limits, by_position)
-    return Components(root=root, parent=parent, death=death, max_radius=params.max_radius)
+    return Components(root=root, parent=parent, death=death, max_radius=params.reach)
 
 
 def split_weights(limits: Criterion) -> FloatArray:

@@ -33,7 +33,7 @@ def homogeneity_channels(
 def criterion(params: Params) -> Criterion:
     """Turn the thresholds into limits of squared differences (angles become chords of the unit sphere)."""
     return Criterion(
-        reach=_square_within(params.max_radius),
+        reach=_square_within(params.reach),
         color_low=_square_from(params.min_color_threshold),
         color_high=_square_within(params.color_threshold),
         chord_low=_square_chord(params.min_angle_threshold),

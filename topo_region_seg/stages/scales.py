@@ -22,13 +22,16 @@ from topo_region_seg.data import (
 )
 from topo_region_seg.kernels.region_counts import region_counts
 from topo_region_seg.kernels.tree import Tree
-from topo_region_seg.params import Params
+from topo_region_seg.params import REFERENCE_SPACING, Params
 from topo_region_seg.stages.adjacency import adjacency
 from topo_region_seg.stages.clock import Clock
 from topo_region_seg.stages.objects import unite_objects
 from topo_region_seg.stages.regions import describe_regions, number_regions
 from topo_region_seg.stages.small_regions import settle_small_regions
 from topo_region_seg.stages.supervoxels import supervoxels
+
+FEWEST_SPACINGS = 4.0
+"""Spacings in the smallest scale that is chosen: less, and lost points part a surface."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,7 @@ class Filtered:
     Parameters
     ----------
     xyz : (N, 3) float64
-        The preprocessed points, metres.
+        The preprocessed points, metres. Their positions in `channels` and `tree` are others where `max_radius` is auto.
     weight, index : (N,) int64
         How many input points each of them stands for, and the row of the first.
     carry_back : callable
@@ -134,9 +137,24 @@ class Filtered:
                 above = middle
         return float(radius[place])
 
+    def stable_scale(self) -> float:
+        """Return the middle of the longest stretch of scales, as a ratio, over which no region joins another.
+
+        Of regions of at least `min_region_size`, from FEWEST_SPACINGS to the end of the filtration; what is stable
+        longest is what the cloud itself tells apart (the gap that ToMATo looks for: Chazal, Guibas, Oudot and Skraba,
+        Persistence-based clustering in Riemannian manifolds, 2013).
+        """
+        radius, large, _ = self._candidates()
+        first, last = FEWEST_SPACINGS * REFERENCE_SPACING, self.components.max_radius
+        inner = radius > first
+        ends = np.append(radius[inner][np.flatnonzero(np.diff(large[inner]))], last)
+        begins = np.append(first, ends[:-1])
+        longest = int(np.argmax(ends / begins))
+        return float(np.sqrt(begins[longest] * ends[longest]))
+
     def adjacency(self, labels: LabelArray, radius: float) -> Adjacency:
         """Return which regions touch, given the labels of the preprocessed points."""
-        return adjacency(self.xyz, labels, self.tree, radius)
+        return adjacency(np.ascontiguousarray(self.channels[:, :3]), labels, self.tree, radius)
 
     def _candidates(self) -> tuple[FloatArray, IntArray, IntArray]:
         """Return, for all scales that differ, the largest of those alike, and the least and largest count of regions.
@@ -164,5 +182,5 @@ class Filtered:
             death=self.components.death,
             label=labels,
             steps=self.params.filtration_steps,
-            max_radius=self.params.max_radius,
+            max_radius=self.components.max_radius,
         )
