@@ -214,7 +214,7 @@ def test_the_shipped_parameter_file_is_the_default(start: Callable[..., NodeProc
 @pytest.mark.parametrize(
     ("argument", "text"),
     [
-        ("max_radius:=1", "max_radius = 1: ROS tells 1 from 1.0; write 1.0"),
+        ("normal_radius:=1", "normal_radius = 1: ROS tells 1 from 1.0; write 1.0"),
         ("max_radius:=-1.0", "max_radius = -1.0: must be at least 1e-06 m"),
         ("features:=colour", "features = 'colour': must be one of color+normals, color, normals"),
         ("min_range:=11.0", "min_range (11.0) is greater than max_range (10.0)"),

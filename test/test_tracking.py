@@ -12,7 +12,7 @@ import pytest
 from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.stages.tracking import MEMORY, Tracker
+from topo_region_seg.stages.tracking import HOLD, MEMORY, Tracker
 
 PARAMS = Params(track_regions=True, remove_floor=False, voxel_size=0.0)
 COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))
@@ -96,14 +96,32 @@ def test_the_bigger_part_keeps_the_label() -> None:
     assert at(parts, small) > label
 
 
-def test_the_larger_label_stays_at_a_merge() -> None:
+def test_what_has_become_one_is_held_apart_for_some_frames() -> None:
     tracker = Tracker()
     whole, big, small = (2, 22, 2, 42, 0), (2, 22, 2, 24, 0), (2, 22, 32, 42, 0)
     parts = tracker.follow(*frame(big, small), 0.0)
-    merged = tracker.follow(*frame(whole), 1.0)
-    assert at(merged, whole) == at(parts, big)
-    again = tracker.follow(*frame(big, small), 2.0)
+    for stamp in range(1, HOLD + 1):
+        cloud, seg = frame(whole)
+        held = tracker.follow(cloud, seg, stamp)
+        assert (at(held, big), at(held, small)) == (at(parts, big), at(parts, small))
+        assert len(seg.regions) == 1 and len(held.regions) == 2
+        # What nothing was known of, in the middle, goes with what is nearest.
+        assert set(held.labels[held.labels > 0]) == {at(parts, big), at(parts, small)}
+        assert held.regions.size.sum() == seg.regions.size.sum()
+    merged = tracker.follow(*frame(whole), HOLD + 1)
+    assert at(merged, whole) == at(parts, big) and len(merged.regions) == 1, "the larger label stays"
+    again = tracker.follow(*frame(big, small), HOLD + 2)
     assert (at(again, big), at(again, small)) == (at(parts, big), at(parts, small))
+
+
+def test_what_is_seen_behind_a_thing_that_has_gone_has_not_joined_it() -> None:
+    tracker = Tracker()
+    cloud, seg = frame((2, 22, 2, 42, 0))
+    forward = np.where(cloud.xyz[:, :1] > 0.11, cloud.xyz - np.float32([0.0, 0.0, 0.05]), cloud.xyz)
+    before = replace(cloud, xyz=forward)
+    parts = tracker.follow(before, Pipeline(PARAMS).run(before), 0.0)
+    assert len(parts.regions) == 2
+    assert len(tracker.follow(cloud, seg, 1.0).regions) == len(seg.regions) == 1
 
 
 def test_another_thing_at_another_place_is_new() -> None:

@@ -281,6 +281,10 @@ class Scales(Protocol):
         """Return which regions touch, given the labels of the preprocessed points."""
         ...
 
+    def divided(self, seg: Segmentation, region: IntArray) -> Segmentation:
+        """Return one of these segmentations with other regions of its preprocessed points."""
+        ...
+
 
 @dataclass(frozen=True)
 class Segmentation:

@@ -5,15 +5,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 
 class Clock:
-    """Milliseconds per stage, in order."""
+    """Milliseconds per stage, in order, beginning with some that are known."""
 
-    def __init__(self) -> None:
-        self.ms: dict[str, float] = {}
+    def __init__(self, ms: Mapping[str, float] | None = None) -> None:
+        self.ms: dict[str, float] = dict(ms or {})
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:

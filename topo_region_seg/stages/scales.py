@@ -81,18 +81,27 @@ class Filtered:
         """Return the segmentation at `params.scale`, other parameters being those of the run."""
         patches = params.mode == "supervoxels"
         with clock("supervoxels" if patches else "small_regions" if params.level == "regions" else "objects"):
-            whole = params.scale == self.components.max_radius
-            components = self.components if whole else self.components.cut(params.scale)
+            components = self._components_at(params)
             if patches:
                 region = supervoxels(self.channels, components.root, self.weight, params)
             else:
                 region = self._settled(components)
         with clock("regions"):
-            labels = number_regions(self.xyz, region, self.weight)
-            regions = describe_regions(self.xyz, self.features, labels, self.weight, components)
+            return self._described(region, components, params, clock)
+
+    def divided(self, seg: Segmentation, region: IntArray) -> Segmentation:
+        """Return one of these segmentations with other regions of its points, (N,), counted from 0; -1 for none."""
+        return self._described(region, self._components_at(seg.params), seg.params, Clock(seg.ms))
+
+    def _components_at(self, params: Params) -> Components:
+        whole = params.scale == self.components.max_radius
+        return self.components if whole else self.components.cut(params.scale)
+
+    def _described(self, region: IntArray, components: Components, params: Params, clock: Clock) -> Segmentation:
+        labels = number_regions(self.xyz, region, self.weight)
         return Segmentation(
             labels=self.carry_back(labels),
-            regions=regions,
+            regions=describe_regions(self.xyz, self.features, labels, self.weight, components),
             barcode=self._barcode(labels),
             components=self.components,
             index=self.index,

@@ -5,13 +5,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from topo_region_seg.data import Cloud, FloatArray, IntArray, LabelArray, Segmentation
 from topo_region_seg.stages.clock import Clock
+from topo_region_seg.stages.merges import joined_regions, parted
 
 MEMORY = 10
 """Frames for which a region that is not seen may still get its label back."""
@@ -21,6 +24,8 @@ COLOR_REACH = 20.0
 """Largest difference of mean colors of such a region, CIE76 dE."""
 LEAST_SIZE_RATIO = 0.5
 """Least ratio of the sizes of such a region."""
+HOLD = 10
+"""Frames in a row for which regions must have become one before they are taken for one."""
 LEAST_OVERLAP = 0.1
 """Least intersection over union that is taken for a region's own."""
 LIKENESS_WEIGHT = 0.2
@@ -45,6 +50,7 @@ class _Seen:
     """The frame before, with its tracked labels."""
 
     labels: LabelArray
+    cloud_xyz: npt.NDArray[np.floating[Any]]
     shape: tuple[int, int]
     xyz: FloatArray
     point_labels: LabelArray
@@ -62,6 +68,7 @@ class Tracker:
         self._tracks: dict[int, _Track] = {}
         self._seen: _Seen | None = None
         self._next = 1
+        self._joined: dict[tuple[int, int], int] = {}
 
     def follow(self, cloud: Cloud, seg: Segmentation, stamp: float) -> Segmentation:
         """Return `seg` with the labels that its regions had before; new ones get labels that were never used.
@@ -71,8 +78,9 @@ class Tracker:
         cloud : Cloud
             What `seg` was made of.
         seg : Segmentation
-            The next frame; its partition of the points stays as it is. Returned as it is, and all regions are
-            forgotten, where ``seg.params.track_regions`` is off.
+            The next frame. Its regions stay as they are, but for those that were several and have been one for up to
+            HOLD frames: these are held apart where they were. Returned as it is, and all regions are forgotten, where
+            ``seg.params.track_regions`` is off.
         stamp : float
             Time of the frame, seconds; if it is before that of the frame before, all regions are forgotten.
         """
@@ -84,15 +92,35 @@ class Tracker:
         with clock("tracking"):
             if self._seen is not None and stamp < self._seen.stamp:
                 self.reset()
+            seg = self._held_apart(cloud, seg)
             given = seg.regions.label.astype(np.int64)
             tracked = self._assign(cloud, seg)
             table = np.zeros(int(np.max(given, initial=0)) + 1, np.uint32)
             table[given] = tracked
             labels, bars = table[seg.labels], replace(seg.barcode, label=table[seg.barcode.label])
             self._remember(seg, tracked)
-            self._seen = _Seen(labels, (cloud.height, cloud.width), bars.xyz, bars.label, stamp)
+            self._seen = _Seen(labels, cloud.xyz, (cloud.height, cloud.width), bars.xyz, bars.label, stamp)
         regions = replace(seg.regions, label=tracked)
         return replace(seg, labels=labels, regions=regions, barcode=bars, ms={**seg.ms, **clock.ms})
+
+    def _held_apart(self, cloud: Cloud, seg: Segmentation) -> Segmentation:
+        """Return `seg` with regions that noise has joined parted as they were in the image of the frame before."""
+        seen = self._seen
+        if seen is None or not cloud.organized or seen.shape != (cloud.height, cloud.width) or not len(seg.regions):
+            return seg
+        now, before = seg.barcode.label.astype(np.int64), seen.labels[seg.index].astype(np.int64)
+        # Where a thing has gone, what is seen behind it has not joined it.
+        moved = np.linalg.norm(cloud.xyz[seg.index] - seen.cloud_xyz[seg.index], axis=1)
+        before[~(moved <= seg.params.scale)] = 0
+        joined = joined_regions(now, before)
+        pairs = [(parts[0], part) for parts in joined.values() for part in parts[1:]]
+        self._joined = {pair: self._joined.get(pair, 0) + 1 for pair in pairs}
+        held = {
+            region: (parts[0], *(part for part in parts[1:] if self._joined[parts[0], part] <= HOLD))
+            for region, parts in joined.items()
+        }
+        held = {region: parts for region, parts in held.items() if len(parts) > 1}
+        return seg.scales.divided(seg, parted(seg.barcode.xyz, now, before, held)) if held else seg
 
     def _assign(self, cloud: Cloud, seg: Segmentation) -> LabelArray:
         """Return the tracked label of every row of the table of regions."""
