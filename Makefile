@@ -35,7 +35,7 @@ test: lint ## Lint, types and the whole test suite, with a colcon build.
 
 # Against an installed copy, not these sources: that tries the wheel too, and keeps its compiled kernels apart from .venv's.
 # Left out is what no version of numpy, scipy or numba changes, and what brings its own environment.
-ELSEWHERE := architecture colcon killed launch report_browser security
+ELSEWHERE := architecture colcon killed launch report_browser security player ros_lifecycle cluster benchmarks beyond soak demo
 test-ubuntu: .venv-ubuntu/ready-package ## The tests, with the numpy, scipy and numba of Ubuntu 24.04.
 	@$(STEP) "tests with what Ubuntu 24.04 ships" $(call in_venv,$(UBUNTU)) PYTHONSAFEPATH=1 $(UBUNTU)/bin/python -m pytest -p no:cacheprovider $(ELSEWHERE:%=--ignore=test/test_%.py)
 
