@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from topo_region_seg.data import Cloud
-from topo_region_seg.params import AUTO_REACH, REFERENCE_SPACING, ParameterError, Params
+from topo_region_seg.params import AUTO_REACH, FEWEST_SPACINGS, REFERENCE_SPACING, ParameterError, Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.simulation import Camera, simulate, tabletop
 from topo_region_seg.stages.local_units import LocalUnits, local_units
-from topo_region_seg.stages.scales import FEWEST_SPACINGS
 from topo_region_seg.tools.parameters import read_value
 
 AUTO = Params(max_radius="auto", voxel_size=0.0, remove_floor=False, max_range=100.0)  # type: ignore[arg-type]

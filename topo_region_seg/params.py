@@ -23,6 +23,9 @@ AUTO = 0.0
 REFERENCE_SPACING = 1.0 / 525.0
 """Spacing of points, metres, at which lengths mean what they say where `max_radius` is auto: a VGA Kinect's at 1 m."""
 
+FEWEST_SPACINGS = 4.0
+"""Spacings in the smallest scale that is chosen or suggested: less, and lost points part a surface."""
+
 AUTO_REACH = 16.0 * REFERENCE_SPACING
 """Last scale of the filtration where `max_radius` is auto, metres at the reference spacing."""
 
@@ -255,19 +258,19 @@ class Params(ParameterTable):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.auto and self.radius:
+            raise ParameterError(f"radius ({self.radius}) is chosen where max_radius is auto; set one of the two back")
         for small, large in (
             ("min_range", "max_range"),
             ("min_color_threshold", "color_threshold"),
             ("min_angle_threshold", "angle_threshold"),
             ("radius", "max_radius"),
         ):
-            if getattr(self, small) > getattr(self, large) and not (large == "max_radius" and self.auto):
+            if getattr(self, small) > getattr(self, large):
                 raise ParameterError(
                     f"{small} ({getattr(self, small)}) is greater than {large} ({getattr(self, large)}); "
                     "lower the one or raise the other"
                 )
-        if self.auto and self.radius:
-            raise ParameterError(f"radius ({self.radius}) is chosen where max_radius is auto; set one of the two back")
         if self.mode == "supervoxels" and self.level == "objects":
             raise ParameterError(
                 "mode 'supervoxels' divides regions, level 'objects' unites them; set one of the two back"

@@ -9,14 +9,13 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from benchmarks.beyond.quality import weighted_overlap
 from benchmarks.recordings import FIRST_OBJECT, frames, source
 from benchmarks.report import table
 from benchmarks.results import Setting
-from topo_region_seg.data import Cloud, LabelArray, Segmentation
-from topo_region_seg.evaluation.measures import measure as quality
+from topo_region_seg.data import LabelArray
 from topo_region_seg.figures.shading import own_colors, region_colors
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
@@ -31,12 +30,6 @@ SCENES = 4
 TARGET = np.array(Camera.kinect().target)
 AUTO = Params.from_mapping({"max_radius": "auto"})
 NOISES = {"exact": False, "with a Kinect's noise": True}
-
-
-def overlap(truth: npt.NDArray[np.uint32], seg: Segmentation, cloud: Cloud) -> float:
-    """Return the weighted overlap of a frame."""
-    found = quality(truth, seg.labels, np.isfinite(cloud.xyz).all(axis=1))["wov"]
-    return found if found is not None else float("nan")
 
 
 def seen_from(scene: int, distance: float, noisy: bool) -> SimulatedFrame:
@@ -65,12 +58,13 @@ def measure(setting: Setting, images: Path) -> str:
     fixed, auto, radii, times = [], [], [], []
     for frame in chosen:
         cloud = frame.cloud()
-        fixed.append([overlap(frame.truth, Pipeline(Params(max_radius=r)).run(cloud), cloud) for r in RADII])
+        swept = Pipeline(Params(max_radius=max(RADII))).run(cloud)
+        fixed.append([weighted_overlap(frame.truth, swept.cut(r).labels, cloud) for r in RADII])
         for _ in range(setting.choose(3, 1)):
             seg = Pipeline(AUTO).run(cloud)
             plain = Pipeline(Params()).run(cloud)
             times.append((sum(seg.ms.values()), sum(plain.ms.values())))
-        auto.append(overlap(frame.truth, seg, cloud))
+        auto.append(weighted_overlap(frame.truth, seg.labels, cloud))
         radii.append(1e3 * seg.params.radius)
     means = np.mean(fixed, axis=0)
     best = int(np.argmax(means))
@@ -104,7 +98,7 @@ def _moved(scene: int, distance: float, noisy: bool) -> list[float]:
     frame = seen_from(scene, distance, noisy)
     segs = [Pipeline(params).run(frame.cloud) for params in (AUTO, Params())]
     return [
-        *(overlap(frame.labels, seg, frame.cloud) for seg in segs),
+        *(weighted_overlap(frame.labels, seg.labels, frame.cloud) for seg in segs),
         *(objects_found(frame, seg.labels) for seg in segs),
     ]
 

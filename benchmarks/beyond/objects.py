@@ -11,11 +11,11 @@ from statistics import median
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.beyond.quality import quality
 from benchmarks.recordings import FIRST_OBJECT, Frame, frames, source
 from benchmarks.report import table
 from benchmarks.results import Setting
 from topo_region_seg.evaluation.measures import Measures
-from topo_region_seg.evaluation.measures import measure as quality
 from topo_region_seg.figures.shading import own_colors, region_colors
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
@@ -51,7 +51,7 @@ def measure_frame(frame: Frame, params: Params) -> tuple[Measures, dict[str, flo
     """Return the measures of a frame and the milliseconds of each stage."""
     cloud = frame.cloud()
     seg = Pipeline(params).run(cloud)
-    return quality(frame.truth, seg.labels, np.isfinite(cloud.xyz).all(axis=1)), seg.ms
+    return quality(frame.truth, seg.labels, cloud), seg.ms
 
 
 def measure_all(chosen: Sequence[Frame], params: Params) -> tuple[list[Measures], list[dict[str, float]]]:

@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from benchmarks import pcl_peers
+from benchmarks.beyond.quality import weighted_overlap
 from benchmarks.recordings import FIRST_OBJECT
 from benchmarks.report import table
 from benchmarks.results import Setting
-from topo_region_seg.data import Cloud, FloatArray, LabelArray, Segmentation
-from topo_region_seg.evaluation.measures import measure as quality
+from topo_region_seg.data import FloatArray, LabelArray, Segmentation
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.simulation import Camera, simulate, tabletop
@@ -70,23 +69,14 @@ def bottleneck(one: FloatArray, other: FloatArray) -> float:
     return float(gudhi.bottleneck_distance(one, other, PRECISION))
 
 
-def agreement(truth: npt.NDArray[np.uint32], labels: LabelArray, cloud: Cloud) -> float:
-    """Return the weighted overlap with the objects of a truth."""
-    found = quality(truth, labels, np.isfinite(cloud.xyz).all(axis=1))["wov"]
-    return found if found is not None else float("nan")
-
-
 def segment(frame: SimulatedFrame, folder: Path) -> Found:
     """Segment a frame with both programs; PCL is given the points that are left when the table is gone."""
-    params = Params(level="regions")
-    seg = Pipeline(params).run(frame.cloud)
-    rows = Pipeline(params.replace(voxel_size=0.0)).run(frame.cloud).index
-    pcl = np.zeros(len(frame.cloud), np.uint32)
-    pcl[rows] = pcl_peers.region_growing(frame.cloud, rows, folder)
     # Without thinning, whose voxels are no part of what the theorem speaks of.
-    alone = Params(features="color", color_threshold=500.0, voxel_size=0.0)
-    whole = [Pipeline(one).run(frame.cloud) for one in (params.replace(voxel_size=0.0), alone)]
-    return Found(frame, seg.labels, pcl, bars(whole[0]), bars(whole[1]))
+    whole = Pipeline(Params(voxel_size=0.0)).run(frame.cloud)
+    alone = Pipeline(Params(features="color", color_threshold=500.0, voxel_size=0.0)).run(frame.cloud)
+    pcl = np.zeros(len(frame.cloud), np.uint32)
+    pcl[whole.index] = pcl_peers.region_growing(frame.cloud, whole.index, folder)
+    return Found(frame, Pipeline(Params()).run(frame.cloud).labels, pcl, bars(whole), bars(alone))
 
 
 def noisy(scene: int, factor: float) -> SimulatedFrame:
@@ -121,10 +111,10 @@ def compared(still: Found, other: Found) -> list[float]:
         1e3 * float(moved),
         1e3 * bottleneck(still.bars, other.bars),
         1e3 * bottleneck(still.bars_of_positions, other.bars_of_positions),
-        agreement(shifted[0], other.labels, cloud),
-        agreement(shifted[1], other.pcl, cloud),
-        agreement(other.frame.labels, other.labels, cloud),
-        agreement(other.frame.labels, other.pcl, cloud),
+        weighted_overlap(shifted[0], other.labels, cloud),
+        weighted_overlap(shifted[1], other.pcl, cloud),
+        weighted_overlap(other.frame.labels, other.labels, cloud),
+        weighted_overlap(other.frame.labels, other.pcl, cloud),
     ]
 
 

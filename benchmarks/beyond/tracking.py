@@ -80,11 +80,11 @@ def recorded(folder: Path) -> Iterator[tuple[Cloud, None]]:
 
 
 def changed(labels: Sequence[LabelArray]) -> float:
-    """Return the share of the points with a label in one of two consecutive frames that do not keep it."""
+    """Return the share of the points with a label in both of two consecutive frames that change it."""
     shares = []
     for before, after in pairwise(labels):
-        either = (before > 0) & (after > 0)
-        shares.append(np.mean(before[either] != after[either]))
+        both = (before > 0) & (after > 0)
+        shares.append(np.mean(before[both] != after[both]))
     return float(np.mean(shares))
 
 

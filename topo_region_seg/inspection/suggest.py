@@ -18,7 +18,7 @@ import numpy as np
 from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.inspection.neighbors import Things, differences, things
 from topo_region_seg.inspection.points import PointFigures, known_median
-from topo_region_seg.params import Params
+from topo_region_seg.params import FEWEST_SPACINGS, Params
 
 PREFERRED = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 """Digits of a suggested length: no more are known of it."""
@@ -34,8 +34,6 @@ NOISE_PASSES = 2.08
 """19 of 20 angles of a two-dimensional normal error are below this many medians (Rayleigh distribution)."""
 COLOR_PASSES = 3.06
 """99 of 100 differences of a three-dimensional normal error are below this many lower quartiles (Maxwell)."""
-FEWEST_SPACINGS = 4.0
-"""Spacings in the smallest `max_radius`: less, and lost points part a surface."""
 NOISE_TO_PLANE = 4.0
 SPARSE = 2.0
 """Points farther apart than half of `max_radius` no longer hold together."""

@@ -22,16 +22,13 @@ from topo_region_seg.data import (
 )
 from topo_region_seg.kernels.region_counts import region_counts
 from topo_region_seg.kernels.tree import Tree
-from topo_region_seg.params import REFERENCE_SPACING, Params
+from topo_region_seg.params import FEWEST_SPACINGS, REFERENCE_SPACING, Params
 from topo_region_seg.stages.adjacency import adjacency
 from topo_region_seg.stages.clock import Clock
 from topo_region_seg.stages.objects import unite_objects
 from topo_region_seg.stages.regions import describe_regions, number_regions
 from topo_region_seg.stages.small_regions import settle_small_regions
 from topo_region_seg.stages.supervoxels import supervoxels
-
-FEWEST_SPACINGS = 4.0
-"""Spacings in the smallest scale that is chosen: less, and lost points part a surface."""
 
 
 @dataclass(frozen=True)
