@@ -102,12 +102,31 @@ def test_loop_with_fresh_stamps_until_ctrl_c(listener, ros_domain, tmp_path):
     assert bytes(listener[2][1].data) == bytes(listener[0][1].data)
 
 
+@pytest.fixture
+def handler_of_ctrl_c():
+    handler = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, handler)
+
+
+@pytest.mark.usefixtures("handler_of_ctrl_c")
 def test_a_signal_between_two_clouds_ends_as_ctrl_c_does(ros_domain, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", str(ros_domain + 50))
     data = serialize_message(PointCloud2())
     playback = Playback("/points", hz=1e6, wait_for=0)
     # The second cloud is due at once: nothing looks at the context between its end and the publishing.
     assert player.play(lambda: iter([(0, data), (0, data)]), playback, report=print, step=rclpy.shutdown) == 1
+
+
+def test_signals_after_the_last_cloud_change_nothing(ros_domain, tmp_path):
+    bag = write_mcap(tmp_path / "a.mcap", cloud_entries(1))
+    process = play(ros_domain + 50, bag, "--wait-for", "0")
+    line = process.stderr.readline()
+    while process.poll() is None:  # the interpreter takes its time to end
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.001)
+    assert (process.returncode, process.stderr.read()) == (0, "")
+    assert line.startswith("published 1 cloud ")
 
 
 def test_nobody_subscribes(ros_domain, tmp_path):

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import signal
 import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -72,7 +73,7 @@ def play(
     step: Callable[[], None],
     ros_arguments: Sequence[str] = (),
 ) -> int:
-    """Publish all clouds, and return how many; ends early on Ctrl-C.
+    """Publish all clouds, and return how many; ends early on Ctrl-C, which is ignored from then on.
 
     Raises
     ------
@@ -101,6 +102,8 @@ def play(
         if node is None or node.context.ok():
             raise
     finally:
+        # All is done: what stops a launch now must find an end like any other, not one by a signal.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         rclpy.try_shutdown()
     return published
 
