@@ -28,8 +28,9 @@ from topo_region_seg.params import Params
 from topo_region_seg.stages.homogeneity import criterion, homogeneity_channels
 
 POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller than the radius; measured
-CROWD = 4  # waiting pairs per point from which on the filtration begins anew; measured
-SWEEPS = 4  # scales that are joined before it does; measured
+CROWD = 2  # waiting pairs per point from which on the filtration begins anew; twice what surfaces need
+CROWDED_POSITION = 4.0  # how much more position then weighs in splitting nodes; measured
+SWEEPS = 6  # scales that are joined before pairs are kept again; measured
 MANY = 2  # edges per point found at one scale from which on those that no forest needs are dropped
 WORTH_HELP = 4_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
 REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
@@ -98,20 +99,18 @@ def _grow(
     channels: FloatArray, limits: Criterion, by_position: Tree | None = None
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Go through the scales from the smallest to the largest; return root, parent and death by point id."""
-    tree = build_tree(channels, split_weights(limits), by_position)
-    forest = new_forest(tree)
-    leaves = gather_leaves(tree, channels)
-    bucket = _first_bucket(leaves)
-    workers = [_Worker(tree, leaves, limits, forest) for _ in range(2)]
+    weights = split_weights(limits)
+    tree, forest, workers, bucket = _begin(channels, weights, limits, by_position)
     _open_root(workers, tree, bucket, first=True, sweep=False)
     if any(worker.crowded for worker in workers):
-        # Points fill a volume. Joining those of some smaller scales, before any pair is kept, and beginning anew
-        # from the root each time leaves far fewer pairs to wait.
-        scales = range(max(bucket - SWEEPS // 2, 0), bucket + SWEEPS // 2)
-        for bucket in scales:
-            for worker in workers:
-                worker.forget()
-            _open_root(workers, tree, bucket, first=bucket == scales[0], sweep=True)
+        # Points fill a volume. Leaves that are narrow in color and normal lie across each other in it, so position
+        # must weigh more. Joining the points of the smallest scales, before any pair is kept, and beginning anew from
+        # the root each time leaves far fewer pairs to wait.
+        workers.clear()  # frees the pairs that wait
+        weights[:3] *= CROWDED_POSITION
+        tree, forest, workers, first = _begin(channels, weights, limits, by_position)
+        for bucket in range(first, first + SWEEPS):
+            _open_root(workers, tree, bucket, first=bucket == first, sweep=True)
             unite_edges(forest, *_by_length(workers))
             refresh_components(tree, forest)
         bucket += 1
@@ -131,6 +130,16 @@ def _grow(
                 worker.drain(bucket)
         else:
             side_by_side(_Worker.drain, [(worker, bucket) for worker in workers])
+
+
+def _begin(
+    channels: FloatArray, weights: FloatArray, limits: Criterion, by_position: Tree | None
+) -> tuple[Tree, Forest, list[_Worker], int]:
+    """Build the tree; return it with the forest of single points, two workers and the first bucket."""
+    tree = build_tree(channels, weights, by_position)
+    forest = new_forest(tree)
+    leaves = gather_leaves(tree, channels)
+    return tree, forest, [_Worker(tree, leaves, limits, forest) for _ in range(2)], _first_bucket(leaves)
 
 
 def _first_bucket(leaves: Leaves) -> int:
@@ -207,12 +216,6 @@ class _Worker:
                 first,
                 sweep,
             )
-
-    def forget(self) -> None:
-        """Drop all pairs that wait, and the edges."""
-        self.queue = new_queue(64)
-        self._n_edges = 0
-        self.crowded = False
 
     def next_bucket(self, start: int) -> int | None:
         """Return the first bucket from `start` on that holds a pair."""
