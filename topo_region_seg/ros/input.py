@@ -29,6 +29,7 @@ from sensor_msgs.msg import PointCloud2
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.processor import Frame
 from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.transport import PROFILES, VARIABLE
 from topo_region_seg.ros.worker import NewestWinsWorker
 
 OVERLAP_SECONDS = 1.0
@@ -162,7 +163,7 @@ class Input:
         self._log.throttled(
             "lost_in_transport",
             f"clouds are lost between publisher and node on {self.topic} ({self._reliability.name.lower()} QoS); "
-            "publish reliably, or set FASTDDS_BUILTIN_TRANSPORTS=LARGE_DATA for both processes",
+            f"publish reliably, or start the publisher with {VARIABLE}={PROFILES}",
         )
 
     def _note_match(self, _: object) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from topo_region_seg.params import ParameterError
 from topo_region_seg.ros.memory import keep_freed_memory
+from topo_region_seg.ros.transport import use_shared_memory_for_clouds
 
 DESCRIPTION = "Segment colored point clouds into persistent regions: a ROS 2 lifecycle node."
 USAGE = "region_segmentation_node [--ros-args -p NAME:=VALUE --params-file FILE -r points:=TOPIC --log-level LEVEL ...]"
@@ -28,6 +29,7 @@ def main(args: Sequence[str] | None = None) -> int:
         print(f"{error}: source a ROS 2 installation, or pip install 'topo_region_seg[ros]'", file=sys.stderr)
         return 2
     parser = argparse.ArgumentParser("region_segmentation_node", USAGE, DESCRIPTION)
+    own_settings = use_shared_memory_for_clouds()
     try:
         parser.parse_args(remove_ros_args(argv)[1:])
         rclpy.init(args=argv)
@@ -44,6 +46,8 @@ def main(args: Sequence[str] | None = None) -> int:
     node = None
     try:
         node = RegionSegmentation()
+        if own_settings is not None:
+            node.get_logger().info(f"transports of Fast DDS left as they are: {own_settings}")
         node.autostart()
         executor = SingleThreadedExecutor()
         executor.add_node(node)

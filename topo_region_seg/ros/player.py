@@ -19,6 +19,8 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.ros.transport import use_shared_memory_for_clouds
+
 Clouds = Callable[[], Iterator[tuple[int, bytes]]]
 """Begins anew at each call; yields (time in ns, CDR bytes)."""
 
@@ -80,6 +82,7 @@ def play(
     NobodySubscribedError
         Nobody came in time.
     """
+    use_shared_memory_for_clouds()
     rclpy.init(args=list(ros_arguments))
     published = 0
     node: Node | None = None

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The node sends through shared memory that a cloud fits into, unless somebody has chosen otherwise."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import pytest
+
+from topo_region_seg.ros import transport
+from topo_region_seg.ros.transport import PROFILES, SEGMENT, VARIABLE, use_shared_memory_for_clouds
+
+
+@pytest.fixture(autouse=True)
+def room(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_bavail=2 * SEGMENT >> 12, f_frsize=1 << 12))
+
+
+def test_the_file_asks_for_the_segment_that_is_said() -> None:
+    sizes = [int(e.text or 0) for e in ElementTree.parse(PROFILES).iter() if e.tag.endswith("segment_size")]
+    assert sizes == [SEGMENT]
+
+
+def test_it_is_used_where_nothing_else_is_chosen() -> None:
+    environment: dict[str, str] = {}
+    assert use_shared_memory_for_clouds(environment) is None
+    assert environment == {VARIABLE: str(PROFILES)}
+
+
+@pytest.mark.parametrize("name", [VARIABLE, "FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS"])
+def test_what_the_user_has_set_stays(name: str) -> None:
+    environment = {name: "mine"}
+    assert name in str(use_shared_memory_for_clouds(environment))
+    assert environment == {name: "mine"}
+
+
+def test_the_profiles_of_the_folder_stay(tmp_path: Path) -> None:
+    (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text("<dds/>")
+    environment: dict[str, str] = {}
+    assert str(tmp_path) in str(use_shared_memory_for_clouds(environment))
+    assert environment == {}
+
+
+def test_a_container_with_little_shared_memory_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_bavail=(2 * SEGMENT >> 12) - 1, f_frsize=1 << 12))
+    environment: dict[str, str] = {}
+    assert "127 MB left" in str(use_shared_memory_for_clouds(environment))
+    assert environment == {}
+
+
+def test_a_machine_without_shared_memory_is_left_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.undo()
+    monkeypatch.setattr(transport, "SHARED_MEMORY", tmp_path / "none")
+    environment: dict[str, str] = {}
+    assert "none" in str(use_shared_memory_for_clouds(environment))
+    assert environment == {}
+
+
+@pytest.mark.parametrize("chosen", [None, "DEFAULT"])
+def test_the_node_has_the_segment(
+    chosen: str | None, ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
+    from ros_harness import running_node
+
+    monkeypatch.undo()
+    free = os.statvfs("/dev/shm")
+    if free.f_bavail * free.f_frsize < 2 * SEGMENT:
+        pytest.skip("less than 128 MB are left in /dev/shm")
+    if chosen:
+        monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", chosen)
+    with running_node(ros_domain, tmp_path / "log.txt", "-p", "autostart:=false") as node:
+        node.wait_for_log("autostart is off")
+        maps = Path(f"/proc/{node.process.pid}/maps").read_text()
+        mapped = re.findall(r"^(\w+)-(\w+) .*/dev/shm/fastrtps_\w+", maps, re.MULTILINE)
+        largest = max(int(end, 16) - int(start, 16) for start, end in mapped)
+        assert (largest >= SEGMENT) == (chosen is None)
+        assert ("transports of Fast DDS left as they are" in node.log) == (chosen is not None)

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Shared memory that a cloud fits into.
+
+Fast DDS sends to other processes of the machine through half a megabyte, so that a cloud of 640x480 points waits some
+twenty times for its reader; a tenth of a second passes and frames are lost on the way.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import MutableMapping
+from pathlib import Path
+
+PROFILES = Path(__file__).with_name("fastdds.xml")
+"""Settings of Fast DDS, also installed as share/topo_region_seg/config/fastdds.xml."""
+SEGMENT = 64 << 20
+"""Size of the segment that they ask for, bytes."""
+VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
+OTHERS = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS")
+IN_FOLDER = "DEFAULT_FASTRTPS_PROFILES.xml"
+SHARED_MEMORY = Path("/dev/shm")
+
+
+def use_shared_memory_for_clouds(environment: MutableMapping[str, str] | None = None) -> str | None:
+    """Let the middleware that this process starts next use :data:`PROFILES`; harmless with others than Fast DDS.
+
+    Parameters
+    ----------
+    environment : mapping, optional
+        The environment to change; this process's unless given.
+
+    Returns
+    -------
+    str or None
+        Why that was not done, None if it was.
+    """
+    environment = os.environ if environment is None else environment
+    for name in (VARIABLE, *OTHERS):
+        if environment.get(name):
+            return f"{name} is set"
+    if Path(IN_FOLDER).exists():
+        return f"{Path(IN_FOLDER).absolute()} is there"
+    try:
+        room = os.statvfs(SHARED_MEMORY)
+    except OSError as error:
+        return f"{SHARED_MEMORY}: {error.strerror}"
+    # What does not fit ends the process with SIGBUS when it is first written.
+    if (free := room.f_bavail * room.f_frsize) < 2 * SEGMENT:
+        return (
+            f"{SHARED_MEMORY} has {free >> 20} MB left, less than {2 * SEGMENT >> 20}; "
+            "remove what dead processes left (fastdds shm clean), or start the container with --shm-size=512m"
+        )
+    environment[VARIABLE] = str(PROFILES)
+    return None
