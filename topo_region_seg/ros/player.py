@@ -19,6 +19,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.ros.memory import keep_freed_memory
 from topo_region_seg.ros.transport import use_shared_memory_for_clouds
 
 Clouds = Callable[[], Iterator[tuple[int, bytes]]]
@@ -82,6 +83,7 @@ def play(
     NobodySubscribedError
         Nobody came in time.
     """
+    keep_freed_memory()
     use_shared_memory_for_clouds()
     rclpy.init(args=list(ros_arguments))
     published = 0
