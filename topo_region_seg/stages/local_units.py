@@ -76,19 +76,25 @@ class LocalUnits:
     def normal_radius(self, xyz: FloatArray, params: Params) -> FloatArray:
         """Return the radius of the neighborhood that gives each point (N, 3) its normal, (N,), metres.
 
-        It grows as all lengths do, and more where noise would turn normals by over half of `angle_threshold`, as two
-        of the same plane must agree. A plane through n points of noise s, in a disk of radius r, is turned by
+        It grows as all lengths do, and as far as noise needs it.
+        """
+        radius = params.normal_radius * self.growth(xyz)
+        return np.maximum(radius, np.minimum(self.noise_radius(xyz, params), WIDEN * radius))
+
+    def noise_radius(self, xyz: FloatArray, params: Params) -> FloatArray:
+        """Return the radius from which on noise turns normals by less than half of `angle_threshold`, (N,), metres.
+
+        So two normals of the same plane agree. A plane through n points of noise s, in a disk of radius r, is turned by
         2 s / (r sqrt(n)), where n = pi (r / spacing)^2. Thinning leaves that as it is: means of k points are farther
         apart by the root of k, and less noisy by as much.
         """
-        radius = params.normal_radius * self.growth(xyz)
         allowed = math.radians(params.angle_threshold) / 2.0
         if self.noise == 0.0 or allowed == 0.0:
-            return radius
+            return np.zeros(len(xyz))
         depth = self.depth * growths(xyz, self.axes[2], self.depth, 0.0)
         spacing = REFERENCE_SPACING / self.depth * depth
-        steady = np.sqrt(2.0 / math.sqrt(math.pi) * self.noise * depth**2 * spacing / allowed)
-        return np.maximum(radius, np.minimum(steady, WIDEN * radius))
+        radius: FloatArray = np.sqrt(2.0 / math.sqrt(math.pi) * self.noise * depth**2 * spacing / allowed)
+        return radius
 
     def floor_distance(self, params: Params) -> float:
         """Return how near to the support plane points belong to it, metres: as far as noise takes them."""
