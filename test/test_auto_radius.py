@@ -46,6 +46,7 @@ def units_of(xyz: np.ndarray, side: int = 48) -> LocalUnits:
     return local_units(xyz, np.arange(len(xyz)), side, side)
 
 
+@settings(deadline=None)
 @given(DEPTHS, st.floats(200.0, 1500.0))
 def test_a_pixel_is_at_most_the_reference_spacing_wide_at_every_depth(depth: float, focal: float) -> None:
     xyz = wall(depth, focal)
@@ -54,12 +55,13 @@ def test_a_pixel_is_at_most_the_reference_spacing_wide_at_every_depth(depth: flo
     assert np.allclose(steps, min(depth / focal, REFERENCE_SPACING), rtol=1e-6)
 
 
+@settings(deadline=None)
 @given(st.floats(0.2, 0.9), st.floats(1.1, 8.0))
 def test_lengths_near_by_are_what_they_say(near: float, far: float) -> None:
     units = LocalUnits(np.eye(3), 1.0, noise=1e-9)
     xyz = np.array([[0.1, -0.1, near], [0.1, -0.1, far]])
     assert np.array_equal(units.at(xyz)[0], xyz[0])
-    assert units.at(xyz[:1]) is not None and np.array_equal(units.at(xyz[:1]), xyz[:1])
+    assert np.array_equal(units.at(xyz[:1]), xyz[:1])
     assert np.allclose(units.normal_radius(xyz, Params()), Params().normal_radius * np.array([1.0, far]))
 
 

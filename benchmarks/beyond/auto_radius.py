@@ -20,7 +20,7 @@ from benchmarks.results import Setting
 from topo_region_seg.data import LabelArray
 from topo_region_seg.figures.shading import own_colors, region_colors
 from topo_region_seg.params import Params
-from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.pipeline import Pipeline, warm_up
 from topo_region_seg.simulation.frame import SimulatedFrame
 from topo_region_seg.stages.local_units import LocalUnits
 from topo_region_seg.stages.scales import Filtered
@@ -67,6 +67,7 @@ def objects_found(frame: SimulatedFrame, labels: LabelArray) -> float:
 def measure(setting: Setting, images: Path) -> str:
     """Sweep fixed radii, then move a scene away; return the tables."""
     chosen = frames()[:: setting.choose(1, 6)]
+    warm_up()
     fixed, auto, radii, times = [], [], [], []
     for frame in chosen:
         cloud = frame.cloud()
