@@ -96,7 +96,7 @@ def test_normals_of_a_noisy_wall_agree(depth: float) -> None:
 
     def off(radius: np.ndarray | None) -> float:
         normals = estimate_normals(noisy, tree, Params(), radius)[inside]
-        return float(np.sqrt(np.mean(np.degrees(np.arccos(np.abs(normals[:, 2]))) ** 2)))
+        return float(np.sqrt(np.nanmean(np.degrees(np.arccos(np.abs(normals[:, 2]))) ** 2)))
 
     # The root for the two directions in which a plane turns, the factor for what the noise adds to the plane's edge.
     assert off(units.normal_radius(noisy, Params())) < 1.5 * math.sqrt(2.0) * Params().angle_threshold / 2.0
