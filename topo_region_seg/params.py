@@ -21,13 +21,14 @@ AUTO = 0.0
 """What `max_radius` is kept as where it is chosen for each cloud."""
 
 REFERENCE_SPACING = 1.0 / 525.0
-"""Spacing of points, metres, at which lengths mean what they say where `max_radius` is auto: a VGA Kinect's at 1 m."""
+"""Spacing of points, metres, up to which lengths mean what they say where `max_radius` is auto: a Kinect's at 1 m."""
 
 FEWEST_SPACINGS = 4.0
 """Spacings in the smallest scale that is chosen or suggested: less, and lost points part a surface."""
 
-AUTO_REACH = 16.0 * REFERENCE_SPACING
-"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing."""
+AUTO_REACH = 8.0 * FEWEST_SPACINGS * REFERENCE_SPACING
+"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing: three octaves above the
+least one that is chosen."""
 
 THINNABLE = 4
 """How many times `max_points` a cloud may have that is thinned: to thin it takes about as much memory as to segment
@@ -182,7 +183,7 @@ class Params(ParameterTable):
     max_radius: float = parameter(
         0.02,
         "largest scale of the Vietoris-Rips filtration (R); auto: the scale of the regions is chosen from the barcode "
-        "of each cloud, and all lengths grow with the spacing of the sensor's points (see docs/auto_radius.md)",
+        "of each cloud, and lengths grow with the spacing and noise of the sensor's points (see docs/auto_radius.md)",
         unit="m",
         low=1e-6,
         high=10.0,

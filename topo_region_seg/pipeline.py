@@ -68,7 +68,7 @@ class Pipeline:
             with clock("local_units"):
                 units = local_units(xyz, rows, cloud.width, cloud.height)
         with clock("floor"):
-            plane, distance = None, params.floor_distance * (1.0 if units is None else units.growth(xyz))
+            plane, distance = None, params.floor_distance if units is None else units.floor_distance(params)
             if params.remove_floor:
                 plane = find_floor(xyz, params.replace(floor_distance=distance))
             if plane is not None:
@@ -76,9 +76,6 @@ class Pipeline:
                 rows, xyz = rows[kept], gather(xyz, kept)
             else:
                 xyz = np.ascontiguousarray(xyz)
-        if units is not None:
-            with clock("local_units"):
-                xyz = units.at(xyz)
         with clock("thinning"):
             points = _Points(rows, xyz, None if cloud.rgb is None else cloud.rgb[rows], params)
         if warn is not None and points.edge > params.voxel_size:
@@ -88,14 +85,18 @@ class Pipeline:
             lab = srgb_to_lab(points.rgb) if points.rgb is not None and seen else None
         with clock("normals"):
             tree = position_tree(points.xyz)
-            normals = estimate_normals(points.xyz, tree, params) if params.uses_normals else None
-            if units is not None and normals is not None:
-                normals = units.normals_back(normals, points.xyz)
+            radius = None if units is None else units.normal_radius(points.xyz, params)
+            normals = estimate_normals(points.xyz, tree, params, radius) if params.uses_normals else None
+        local = points.xyz
+        if units is not None:
+            with clock("local_units"):
+                local = units.at(points.xyz)
+                tree = tree if local is points.xyz else position_tree(local)
         with clock("filtration"):
-            channels = homogeneity_channels(points.xyz, lab, normals, params)
+            channels = homogeneity_channels(local, lab, normals, params)
             components = filtration(channels, params, tree)
         filtered = Filtered(
-            xyz=points.xyz if units is None else units.back(points.xyz),
+            xyz=points.xyz,
             weight=points.weight,
             index=points.index,
             carry_back=partial(points.carry_back, n=len(cloud)),
@@ -125,6 +126,8 @@ def warm_up() -> None:
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
     Pipeline(Params(level="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
+    auto, grid = Params.from_mapping({"max_radius": "auto"}), 2 * table.shape[0]
+    Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], 2 * len(side), len(side)))
     data = np.zeros(20, np.uint8)
     data.flags.writeable = False
     floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)

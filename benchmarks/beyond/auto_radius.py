@@ -4,41 +4,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.beyond.moved import REFERENCE, View, agreement, regions_on_objects, seen_from
 from benchmarks.beyond.quality import weighted_overlap
-from benchmarks.recordings import FIRST_OBJECT, frames, source
+from benchmarks.recordings import FIRST_OBJECT, Frame, frames, source
 from benchmarks.report import table
 from benchmarks.results import Setting
 from topo_region_seg.data import LabelArray
 from topo_region_seg.figures.shading import own_colors, region_colors
 from topo_region_seg.params import Params
-from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.simulation import Camera, simulate, tabletop
+from topo_region_seg.pipeline import Pipeline, warm_up
 from topo_region_seg.simulation.frame import SimulatedFrame
+from topo_region_seg.stages.local_units import LocalUnits
+from topo_region_seg.stages.scales import Filtered
 
 TITLE = "The right scale by itself"
 DOCUMENT = "auto_radius.md"
 RADII = (0.006, 0.008, 0.01, 0.012, 0.015, 0.02, 0.025, 0.03, 0.04)
 DISTANCES = (0.7, 1.0, 1.5, 2.0, 2.5)
 SCENES = 4
-TARGET = np.array(Camera.kinect().target)
+LONG = 0.03
+"""The fixed radius that suits the recorded frames best, metres."""
 AUTO = Params.from_mapping({"max_radius": "auto"})
 NOISES = {"exact": False, "with a Kinect's noise": True}
 
 
-def seen_from(scene: int, distance: float, noisy: bool) -> SimulatedFrame:
-    """Return a tabletop from a distance (m) of its middle, from the same side."""
-    camera = Camera.kinect()
-    away = np.array(camera.eye) - TARGET
-    x, y, z = (TARGET + away * (distance / float(np.linalg.norm(away)))).tolist()
-    camera = camera.look((x, y, z))
-    return simulate(tabletop(scene), camera, scene) if noisy else simulate(tabletop(scene), camera, scene, None)
+@contextmanager
+def without(part: str) -> Iterator[None]:
+    """Take a part of auto away for a while: `growth` of lengths, `noise`, or the `choice` from the barcode."""
+    owner, name, stand_in = {
+        "": (LocalUnits, "noise_radius", LocalUnits.noise_radius),
+        "noise": (LocalUnits, "noise_radius", lambda units, xyz, params: np.zeros(len(xyz))),
+        "growth": (LocalUnits, "growth", lambda units, xyz: np.ones(len(xyz))),
+        "choice": (Filtered, "stable_scale", lambda filtered: LONG),
+    }[part]
+    kept = getattr(owner, name)
+    setattr(owner, name, stand_in)
+    try:
+        yield
+    finally:
+        setattr(owner, name, kept)
 
 
 def objects_found(frame: SimulatedFrame, labels: LabelArray) -> float:
@@ -55,6 +67,7 @@ def objects_found(frame: SimulatedFrame, labels: LabelArray) -> float:
 def measure(setting: Setting, images: Path) -> str:
     """Sweep fixed radii, then move a scene away; return the tables."""
     chosen = frames()[:: setting.choose(1, 6)]
+    warm_up()
     fixed, auto, radii, times = [], [], [], []
     for frame in chosen:
         cloud = frame.cloud()
@@ -79,28 +92,73 @@ def measure(setting: Setting, images: Path) -> str:
         f"{min(radii):.1f} to {max(radii):.1f} mm. A frame takes {auto_ms:.0f} ms in the median without decoding and "
         f"encoding, with the default radius {plain_ms:.0f} ms.",
     ]
-    distances, scenes = setting.choose(DISTANCES, DISTANCES[::4]), range(setting.choose(SCENES, 1))
+    distances, scenes = setting.choose(DISTANCES, DISTANCES[1::3]), range(setting.choose(SCENES, 1))
+    ways = {"auto": AUTO, f"{1e3 * Params().max_radius:g} mm": Params(), f"{1e3 * LONG:g} mm": Params(max_radius=LONG)}
     for name, noisy in NOISES.items():
-        rows = []
-        for distance in distances:
-            figures = np.mean([_moved(scene, distance, noisy) for scene in scenes], axis=0).tolist()
-            rows.append([f"{distance:g} m", *(f"{value:.3f}" for value in figures)])
+        seen = {(scene, distance): seen_from(scene, distance, noisy) for scene in scenes for distance in distances}
+        found = [_moved(seen, params) for params in ways.values()]
+        rows = [
+            [f"{d:g} m", *(cell for figures in zip(*(f[d] for f in found), strict=True) for cell in figures)]
+            for d in distances
+        ]
+        measures = ("agreement", "regions", "WOv", "found")
         blocks += [
             f"Simulated tabletops ({len(scenes)}) from farther and farther away, {name}:",
-            table(["", "WOv, auto", f"WOv, {1e3 * Params().max_radius:g} mm", "segments found, auto", "fixed"], rows),
+            table(["", *(f"{measure}, {way}" for measure in measures for way in ways)], rows),
         ]
+    blocks += ["What each part of auto brings:", _ablation(chosen, distances, scenes)]
     _picture(distances, images / "auto_radius.png")
     blocks.append("![A scene at growing distance, with a fixed radius and with auto](images/auto_radius.png)")
     return "\n\n".join(blocks)
 
 
-def _moved(scene: int, distance: float, noisy: bool) -> list[float]:
-    frame = seen_from(scene, distance, noisy)
-    segs = [Pipeline(params).run(frame.cloud) for params in (AUTO, Params())]
-    return [
-        *(weighted_overlap(frame.labels, seg.labels, frame.cloud) for seg in segs),
-        *(objects_found(frame, seg.labels) for seg in segs),
+def _moved(seen: dict[tuple[int, float], View], params: Params) -> dict[float, list[str]]:
+    """Return agreement with REFERENCE, regions on objects, WOv and segments found at each distance."""
+    labels = {key: Pipeline(params).run(view.frame.cloud).labels for key, view in seen.items()}
+    figures: dict[float, list[list[float]]] = {}
+    for (scene, distance), view in seen.items():
+        frame, own, there = view.frame, labels[scene, distance], (scene, REFERENCE)
+        alike = 1.0 if distance == REFERENCE else agreement(view, own, seen[there], labels[there])
+        wov = weighted_overlap(frame.labels, own, frame.cloud)
+        row = [alike, regions_on_objects(frame, own), wov, objects_found(frame, own)]
+        figures.setdefault(distance, []).append(row)
+    shown = {}
+    for distance, values in figures.items():
+        alike, regions, wov, found = np.mean(values, axis=0).tolist()
+        shown[distance] = [
+            "" if distance == REFERENCE else f"{alike:.3f}",
+            f"{regions:.0f}",
+            f"{wov:.3f}",
+            f"{found:.3f}",
+        ]
+    return shown
+
+
+def _ablation(chosen: Sequence[Frame], distances: Sequence[float], scenes: range) -> str:
+    """Return the table of what auto reaches without each of its parts."""
+    rows = []
+    seen = [
+        {(scene, distance): seen_from(scene, distance, noisy) for scene in scenes for distance in distances}
+        for noisy in NOISES.values()
     ]
+    for part, name in (
+        ("", "auto"),
+        ("growth", "lengths in plain metres, but for noise"),
+        ("noise", "normals that do not grow with noise"),
+        ("choice", f"no choice from the barcode, {1e3 * LONG:g} mm"),
+    ):
+        with without(part):
+            clouds = [(frame.truth, frame.cloud()) for frame in chosen]
+            recorded = [weighted_overlap(truth, Pipeline(AUTO).run(cloud).labels, cloud) for truth, cloud in clouds]
+            found = [_moved(frames_seen, AUTO).items() for frames_seen in seen]
+        cells = [
+            f"{np.mean([float(figures[column]) for d, figures in one if d != REFERENCE]):.3f}"
+            for column in (0, 2)
+            for one in found
+        ]
+        rows.append([name, f"{np.mean(recorded):.3f}", *cells])
+    heads = [f"{measure}, {name}" for measure in ("agreement", "WOv") for name in NOISES]
+    return table(["", f"WOv, {source()}", *heads], rows)
 
 
 def _picture(distances: Sequence[float], path: Path) -> None:
@@ -108,7 +166,7 @@ def _picture(distances: Sequence[float], path: Path) -> None:
     figure = Figure(figsize=(3.2 * len(distances), 5.2), dpi=80, facecolor="white")
     axes = figure.subplots(2, len(distances), squeeze=False)
     for column, distance in enumerate(distances):
-        frame = seen_from(1, distance, noisy=True)
+        frame = seen_from(1, distance, noisy=True).frame
         cloud, width, height = frame.cloud, frame.cloud.width, frame.cloud.height
         half = min(int(0.5 * width * 0.7 / distance), width // 2)
         rows = slice(max(height // 2 - half * 3 // 4, 0), height // 2 + half * 3 // 4)

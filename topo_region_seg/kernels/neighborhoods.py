@@ -33,7 +33,7 @@ def leaf_blocks(tree: Tree, xyz: FloatArray) -> FloatArray:
 def radius_normals(
     tree: Tree,
     blocks: FloatArray,
-    radius: float,
+    radius: FloatArray,
     min_neighbors: int,
     first_node: int,
     end_node: int,
@@ -42,11 +42,12 @@ def radius_normals(
 ) -> None:
     """Fill `normals` (N, 3), towards the origin, and `counts` (N,) of neighbors for the leaves of some nodes.
 
-    Both are by point id. The point itself counts as a neighbor; a point with fewer than `min_neighbors` of
-    them keeps the normal it has.
+    Both are by point id, and so is `radius` (N,), metres. The point itself counts as a neighbor; a point with fewer
+    than `min_neighbors` of them keeps the normal it has.
     """
-    tree, blocks, normals, counts = borrowed(tree), borrowed(blocks), borrowed(normals), borrowed(counts)
-    reach = radius * radius
+    tree, blocks, radius = borrowed(tree), borrowed(blocks), borrowed(radius)
+    normals, counts = borrowed(normals), borrowed(counts)
+    reach = np.zeros(LEAF)
     candidates = np.empty(3 * CHUNK)
     moments = np.zeros((LEAF, 10))
     stack = np.empty(128, np.int64)
@@ -54,6 +55,10 @@ def radius_normals(
         if tree.right[index(a)]:
             continue
         moments[:] = 0.0
+        farthest = 0.0
+        for i in range(tree.stop[a] - tree.start[a]):
+            reach[i] = radius[tree.order[tree.start[a] + i]] ** 2
+            farthest = max(farthest, reach[i])
         base = tree.start[a] * 3
         gathered = 0
         top = 1
@@ -61,7 +66,7 @@ def radius_normals(
         while top:
             top -= 1
             b = stack[top]
-            if box_gap(tree.boxes, 3, a, b, 0) > reach:
+            if box_gap(tree.boxes, 3, a, b, 0) > farthest:
                 continue
             right = tree.right[index(b)]
             if right:
@@ -94,17 +99,20 @@ def radius_normals(
 def add_neighbors(blocks, base, candidates, n, reach, moments):  # type: ignore[no-untyped-def]
     """Add to `moments` (LEAF, 10) of a leaf's points those of the candidates within reach: count, sums, products.
 
+    `reach` (LEAF,) is the square of each point's radius.
+
     Offsets are from the point itself, which keeps the sums small and so exact.
     """
     for i in range(LEAF):
         x, y, z = blocks[base + i], blocks[base + LEAF + i], blocks[base + 2 * LEAF + i]
+        within = reach[i]
         count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
         sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n):
             dx = candidates[index(j)] - x
             dy = candidates[index(CHUNK + j)] - y
             dz = candidates[index(2 * CHUNK + j)] - z
-            near = dx * dx + dy * dy + dz * dz <= reach
+            near = dx * dx + dy * dy + dz * dz <= within
             dx, dy, dz = dx if near else 0.0, dy if near else 0.0, dz if near else 0.0
             count += 1.0 if near else 0.0
             sx += dx
@@ -145,8 +153,10 @@ def add_offset(m, dx, dy, dz):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def nearest_normals(tree: Tree, xyz: FloatArray, points: IntArray, k: int, reach: float, normals: FloatArray) -> None:
-    """Fill rows `points` of `normals` (N, 3) from the `k` nearest points, themselves included, within `reach` (m).
+def nearest_normals(
+    tree: Tree, xyz: FloatArray, points: IntArray, k: int, reach: FloatArray, normals: FloatArray
+) -> None:
+    """Fill rows `points` of `normals` (N, 3) from the `k` nearest points, themselves included, within `reach` (N,), m.
 
     Points with fewer than three of them keep what they have.
     """
@@ -158,7 +168,7 @@ def nearest_normals(tree: Tree, xyz: FloatArray, points: IntArray, k: int, reach
         m[:] = 0.0
         found = nearest_outside(tree, xyz, one_region, one_region, no_node, point, -1, near_d2, near)
         for n in range(found):
-            if near_d2[n] <= reach * reach:
+            if near_d2[n] <= reach[point] * reach[point]:
                 add_offset(m, xyz[near[n], 0] - x, xyz[near[n], 1] - y, xyz[near[n], 2] - z)
         if m[0] >= 3.0:
             fit_normal(m, x, y, z, normals[point])

@@ -15,7 +15,7 @@ from topo_region_seg.params import Params
 WIDEN = 3.0  # where points are sparse, a neighborhood grows to at most this many radii
 
 
-def estimate_normals(xyz: FloatArray, tree: Tree, params: Params) -> FloatArray:
+def estimate_normals(xyz: FloatArray, tree: Tree, params: Params, radius: FloatArray | None = None) -> FloatArray:
     """Return the unit normals of the points, turned towards the sensor at the origin.
 
     The neighborhood is everything within `normal_radius`. A point with fewer than `normal_min_neighbors`
@@ -29,6 +29,8 @@ def estimate_normals(xyz: FloatArray, tree: Tree, params: Params) -> FloatArray:
         Tree over `xyz`.
     params : Params
         Uses `normal_radius` and `normal_min_neighbors`.
+    radius : (N,) float64, optional
+        Radius of each point's own neighborhood, metres, in place of `normal_radius`.
 
     Returns
     -------
@@ -37,7 +39,9 @@ def estimate_normals(xyz: FloatArray, tree: Tree, params: Params) -> FloatArray:
     """
     normals = np.full((len(xyz), 3), np.nan)
     counts = np.zeros(len(xyz), np.int64)
-    radius, enough = params.normal_radius, params.normal_min_neighbors
+    enough = params.normal_min_neighbors
+    if radius is None:
+        radius = np.full(len(xyz), params.normal_radius)
     blocks = leaf_blocks(tree, xyz)
     side_by_side(
         radius_normals,

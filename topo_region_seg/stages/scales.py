@@ -21,6 +21,7 @@ from topo_region_seg.data import (
     Segmentation,
 )
 from topo_region_seg.kernels.region_counts import region_counts
+from topo_region_seg.kernels.stability import stability
 from topo_region_seg.kernels.tree import Tree
 from topo_region_seg.params import FEWEST_SPACINGS, REFERENCE_SPACING, Params
 from topo_region_seg.stages.adjacency import adjacency
@@ -29,6 +30,10 @@ from topo_region_seg.stages.objects import unite_objects
 from topo_region_seg.stages.regions import describe_regions, number_regions
 from topo_region_seg.stages.small_regions import settle_small_regions
 from topo_region_seg.stages.supervoxels import supervoxels
+
+SAME = 0.8
+"""Share of what becomes of it and another that a region must be to count as still the same. Less would let regions of
+like size pass for one of them, more would end a region with every bit that it gains."""
 
 
 @dataclass(frozen=True)
@@ -144,19 +149,28 @@ class Filtered:
         return float(radius[place])
 
     def stable_scale(self) -> float:
-        """Return the middle of the longest stretch of scales, as a ratio, over which no region joins another.
+        """Return the scale whose regions stay the same for longest, as a ratio of scales, in the mean over the points.
 
-        Of regions of at least `min_region_size`, from FEWEST_SPACINGS to the end of the filtration; what is stable
-        longest is what the cloud itself tells apart (the gap that ToMATo looks for: Chazal, Guibas, Oudot and Skraba,
-        Persistence-based clustering in Riemannian manifolds, 2013).
+        It lies between FEWEST_SPACINGS and the end of the filtration. This is the gap that ToMATo looks for in a
+        barcode (Chazal, Guibas, Oudot and Skraba, Persistence-based clustering in Riemannian manifolds, 2013), but for
+        each region: in a cloud of many things two of them join at nearly every scale.
         """
-        radius, large, _ = self._candidates()
-        first, last = FEWEST_SPACINGS * REFERENCE_SPACING, self.components.max_radius
-        inner = radius > first
-        ends = np.append(radius[inner][np.flatnonzero(np.diff(large[inner]))], last)
-        begins = np.append(first, ends[:-1])
-        longest = int(np.argmax(ends / begins))
-        return float(np.sqrt(begins[longest] * ends[longest]))
+        death, least, last = self.components.death, FEWEST_SPACINGS * REFERENCE_SPACING, self.components.max_radius
+        order = np.argsort(death, kind="stable")[: np.count_nonzero(np.isfinite(death))]
+        lasting = stability(
+            self.components.parent,
+            order,
+            np.minimum(death, last),
+            self.weight,
+            self.params.min_region_size,
+            SAME,
+            least,
+        )
+        begins = np.maximum(np.append(least, death[order]), least)
+        ends = np.append(begins[1:], last)
+        places = np.flatnonzero(ends > begins)
+        best = places[np.argmax(lasting[places])]
+        return float(np.sqrt(begins[best] * ends[best]))
 
     def adjacency(self, labels: LabelArray, radius: float) -> Adjacency:
         """Return which regions touch, given the labels of the preprocessed points."""
