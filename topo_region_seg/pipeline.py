@@ -21,6 +21,7 @@ from topo_region_seg.stages.color import srgb_to_lab
 from topo_region_seg.stages.crop import crop
 from topo_region_seg.stages.filtration import filtration
 from topo_region_seg.stages.floor import above, find_floor
+from topo_region_seg.stages.grooves import find_grooves
 from topo_region_seg.stages.homogeneity import homogeneity_channels
 from topo_region_seg.stages.local_units import local_units
 from topo_region_seg.stages.normals import estimate_normals
@@ -91,8 +92,13 @@ class Pipeline:
             normals = estimate_normals(points.xyz, tree, params) if params.uses_normals else None
             if units is not None and normals is not None:
                 normals = units.normals_back(normals, points.xyz)
+        compared = normals
+        if params.level == "objects" and normals is not None:
+            with clock("grooves"):
+                compared = normals.copy()
+                compared[find_grooves(points.xyz, normals, tree, params)] = np.nan
         with clock("filtration"):
-            channels = homogeneity_channels(points.xyz, lab, normals, params)
+            channels = homogeneity_channels(points.xyz, lab, compared, params)
             components = filtration(channels, params, tree)
         filtered = Filtered(
             xyz=points.xyz if units is None else units.back(points.xyz),

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.kernels.borrow import borrowed
 from topo_region_seg.kernels.compile import kernel
-from topo_region_seg.kernels.tree import SLACK
+from topo_region_seg.kernels.tree import SLACK, Tree
 from topo_region_seg.kernels.union_find import find
 
 
@@ -41,6 +43,33 @@ def nearest_outside(tree, channels, region, parent, uniform, point, own, near_d2
             if find(parent, region[other]) != own:
                 found = insert_near(channels, point, other, near_d2, near, found)
     return found
+
+
+@kernel
+def nearest_regions(
+    tree: Tree,
+    xyz: FloatArray,
+    region: IntArray,
+    uniform: IntArray,
+    nobody: int,
+    reach: float,
+    points: IntArray,
+    first: int,
+    end: int,
+    found: IntArray,
+) -> None:
+    """Write into `found` (N,) the region of the nearest point that is not in `nobody`, for ``points[first:end]``.
+
+    `region` (N,) is that of each point and `uniform` (K,) that of all points of a node, or -1; `nobody` is the largest
+    number of a region. A point that has no such neighbor up to `reach` (m) away keeps what it has.
+    """
+    tree, xyz, region, uniform = borrowed(tree), borrowed(xyz), borrowed(region), borrowed(uniform)
+    alone = np.arange(nobody + 1)
+    near_d2, near = np.empty(1), np.empty(1, np.int64)
+    for point in points[first:end]:
+        count = nearest_outside(tree, xyz, region, alone, uniform, point, nobody, near_d2, near)
+        if count and near_d2[0] <= reach * reach:
+            found[point] = region[near[0]]
 
 
 @kernel
