@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.kernels.convexity import Borders, find_borders
 from topo_region_seg.kernels.merging import count_off, uniform_regions
-from topo_region_seg.kernels.nearest import nearest_regions
+from topo_region_seg.kernels.nearest import regions_along
 from topo_region_seg.kernels.tree import Tree
 from topo_region_seg.kernels.turns import oriented_blocks
 from topo_region_seg.parallel import in_parts, side_by_side
@@ -26,6 +26,7 @@ from topo_region_seg.params import Params
 TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
 ENOUGH = 20  # pairs of points that a border needs to be judged
 INDEPENDENT = 20.0  # pairs of points that tell about as much as one that shares no point with others
+ACROSS = 3.0  # how much more distance off the plane of a neighbor counts than distance along it, for points in grooves
 NONE = -1
 
 
@@ -67,7 +68,7 @@ def unite_objects(
     group = _take_in_fragments(borders, group, size, body, params)
     large = np.bincount(group, weights=size, minlength=len(size)) >= params.min_region_size
     number = np.where(large, np.cumsum(large) - 1, NONE)
-    return _take_in_points(xyz, tree, number[group[region]], np.flatnonzero(loose), params.object_border_radius)
+    return _take_in_points(xyz, normals, tree, number[group[region]], np.flatnonzero(loose), params)
 
 
 def _borders(tree: Tree, blocks: FloatArray, region: IntArray, params: Params) -> Borders:
@@ -145,13 +146,16 @@ def _take_in_fragments(borders: Borders, group: IntArray, size: IntArray, body: 
         step = connected_components(edges, directed=False)[1]
 
 
-def _take_in_points(xyz: FloatArray, tree: Tree, group: IntArray, points: IntArray, reach: float) -> IntArray:
-    """Give each of some points, ids, the group of the nearest other point up to `reach` (m) away that has one."""
+def _take_in_points(
+    xyz: FloatArray, normals: FloatArray, tree: Tree, group: IntArray, points: IntArray, params: Params
+) -> IntArray:
+    """Give each of some points, ids, the group whose surface it continues best, up to `object_border_radius` away."""
     nobody = int(np.max(group, initial=NONE)) + 1
     group = np.where(group == NONE, nobody, group)
     group[points] = nobody
-    given, found = (tree, xyz, group, uniform_regions(tree, group), nobody, reach, points), group.copy()
-    side_by_side(nearest_regions, [(*given, first, end, found) for first, end in in_parts(len(points))])
+    found, uniform, reach = group.copy(), uniform_regions(tree, group), params.object_border_radius
+    given = tree, xyz, normals, group, uniform, nobody, reach, ACROSS, points
+    side_by_side(regions_along, [(*given, first, end, found) for first, end in in_parts(len(points))])
     return np.where(found == nobody, NONE, found)
 
 
