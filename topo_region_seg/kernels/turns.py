@@ -31,14 +31,12 @@ def oriented_blocks(tree: Tree, xyz: FloatArray, normals: FloatArray) -> FloatAr
 
 
 @kernel
-def mean_turns(
-    tree: Tree, blocks: FloatArray, radius: float, first_node: int, end_node: int, turn: FloatArray
-) -> None:
+def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, end_node: int, turn: FloatArray) -> None:
     """Fill `turn` (N,), by point id, for the leaves of some nodes.
 
-    It is the angle, in radians, by which normals turn over `radius` (m) on the mean of all directions: the least
-    squares fit of the curvature to the points j within it, ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum |x_i - x_j|^2``.
-    Below 0 they turn to the inside; NaN for a point that has no normal or is alone.
+    It is the angle, in radians, by which normals turn over `radius` (m) on the mean of all directions, by least
+    squares from the points within it: ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum(|x_i - x_j|^2)``. Below 0
+    they turn to the inside; it is NaN for a point that has no normal or is alone.
     """
     tree, blocks, turn = borrowed(tree), borrowed(blocks), borrowed(turn)
     reach = np.float32(radius * radius)

@@ -149,14 +149,22 @@ def _take_in_fragments(borders: Borders, group: IntArray, size: IntArray, body: 
 def _take_in_points(
     xyz: FloatArray, normals: FloatArray, tree: Tree, group: IntArray, points: IntArray, params: Params
 ) -> IntArray:
-    """Give each of some points, ids, the group whose surface it continues best, up to `object_border_radius` away."""
+    """Give each of some points, ids, the group whose surface it continues best, up to `object_border_radius` away.
+
+    In wide grooves those further in follow, until what is left is out of reach of any group.
+    """
     nobody = int(np.max(group, initial=NONE)) + 1
     group = np.where(group == NONE, nobody, group)
     group[points] = nobody
-    found, uniform, reach = group.copy(), uniform_regions(tree, group), params.object_border_radius
-    given = tree, xyz, normals, group, uniform, nobody, reach, ACROSS, points
-    side_by_side(regions_along, [(*given, first, end, found) for first, end in in_parts(len(points))])
-    return np.where(found == nobody, NONE, found)
+    while len(points):
+        found, uniform, reach = group.copy(), uniform_regions(tree, group), params.object_border_radius
+        given = tree, xyz, normals, group, uniform, nobody, reach, ACROSS, points
+        side_by_side(regions_along, [(*given, first, end, found) for first, end in in_parts(len(points))])
+        group, left = found, points[found[points] == nobody]
+        if len(left) == len(points):
+            break
+        points = left
+    return np.where(group == nobody, NONE, group)
 
 
 def _between_groups(borders: Borders, group: IntArray) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
