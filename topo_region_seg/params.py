@@ -245,6 +245,14 @@ class Params(ParameterTable):
     object_border_radius: float = parameter(
         0.015, "objects: points of two regions up to this far apart judge the border", unit="m", low=1e-6, high=10.0
     )
+    object_groove_angle: float = parameter(
+        15.0,
+        "objects: where normals turn to the inside by more than this over object_border_radius, on the mean of all "
+        "directions, points lie in a groove, which parts regions",
+        unit="deg",
+        low=0.0,
+        high=180.0,
+    )
     object_convexity: float = parameter(
         0.6,
         "objects: share of the pairs of points at a border that must be convex for the regions to be one object",

@@ -21,6 +21,7 @@ from topo_region_seg.stages.color import srgb_to_lab
 from topo_region_seg.stages.crop import crop
 from topo_region_seg.stages.filtration import filtration
 from topo_region_seg.stages.floor import above, find_floor
+from topo_region_seg.stages.grooves import find_grooves
 from topo_region_seg.stages.homogeneity import homogeneity_channels
 from topo_region_seg.stages.local_units import local_units
 from topo_region_seg.stages.normals import estimate_normals
@@ -87,13 +88,17 @@ class Pipeline:
             tree = position_tree(points.xyz)
             radius = None if units is None else units.normal_radius(points.xyz, params)
             normals = estimate_normals(points.xyz, tree, params, radius) if params.uses_normals else None
-        local = points.xyz
+        local, compared = points.xyz, normals
         if units is not None:
             with clock("local_units"):
                 local = units.at(points.xyz)
                 tree = tree if local is points.xyz else position_tree(local)
+        if params.level == "objects" and normals is not None:
+            with clock("grooves"):
+                compared = normals.copy()
+                compared[find_grooves(points.xyz, normals, tree, params)] = np.nan
         with clock("filtration"):
-            channels = homogeneity_channels(local, lab, normals, params)
+            channels = homogeneity_channels(local, lab, compared, params)
             components = filtration(channels, params, tree)
         filtered = Filtered(
             xyz=points.xyz,

@@ -13,8 +13,8 @@ from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.kernels.borders import DEEP, node_gap
 from topo_region_seg.kernels.borrow import borrowed
 from topo_region_seg.kernels.compile import index, inlined, kernel
-from topo_region_seg.kernels.merging import uniform_regions
-from topo_region_seg.kernels.tree import Tree
+from topo_region_seg.kernels.tree import LEAF, Tree
+from topo_region_seg.kernels.turns import CHANNELS
 
 FREE = -1
 
@@ -24,7 +24,7 @@ class Borders(NamedTuple):
 
     first: IntArray
     second: IntArray
-    pairs: FloatArray  # pairs of points across it that both have a normal
+    pairs: FloatArray  # pairs of points across it
     convex: FloatArray  # how many of them are convex
     nearest: FloatArray  # distance of the nearest pair, metres
 
@@ -32,9 +32,9 @@ class Borders(NamedTuple):
 @kernel
 def find_borders(
     tree: Tree,
-    xyz: FloatArray,
-    normals: FloatArray,
+    blocks: FloatArray,
     region: IntArray,
+    uniform: IntArray,
     reach: float,
     tolerance: float,
     node: int,
@@ -43,19 +43,13 @@ def find_borders(
     """Judge all pairs of points of different regions up to `reach` (m) apart, one below each of two nodes.
 
     A pair is convex where the normals open to the outside: ``(n_i - n_j) · (x_i - x_j) > -tolerance |x_i - x_j|``.
-    `tree` is over the positions `xyz` (N, 3); `normals` (N, 3) may be NaN; `region` (N,) counts from 0.
+    `tree` is over positions, `blocks` are its points as `oriented_blocks` returns them; `region` (N,) of each point
+    counts from 0, in the order of the tree; below 0 for points that judge nothing, as must be those without a normal.
+    `uniform` (K,) is the region that all points of a node are in, or -1.
     """
-    tree, xyz, normals, region = borrowed(tree), borrowed(xyz), borrowed(normals), borrowed(region)
-    slot = np.full(1024, FREE)
-    key = np.empty(256, np.int64)
-    figures = np.empty((256, 3))
-    count, last, border, reach2 = 0, np.int64(FREE), index(0), reach * reach
-    uniform = uniform_regions(tree, region)
-    # In the order of the tree, so that the points of a leaf lie side by side.
-    at, of = np.empty((3, len(xyz))), np.empty(len(xyz), np.int64)
-    for row in range(len(xyz)):
-        i = index(tree.order[index(row)])
-        at[0, row], at[1, row], at[2, row], of[row] = xyz[i, 0], xyz[i, 1], xyz[i, 2], region[i]
+    tree, blocks, region, uniform = borrowed(tree), borrowed(blocks), borrowed(region), borrowed(uniform)
+    slot, key, figures, count = np.full(1024, FREE), np.empty(256, np.int64), np.empty((256, 3)), 0
+    reach2 = reach * reach
     stack = np.empty((DEEP, 2), np.int64)
     stack[0, 0], stack[0, 1] = node, other_node
     top = 1 if len(tree.start) else 0
@@ -81,44 +75,60 @@ def find_borders(
                 stack[top + 1, 0], stack[top + 1, 1] = p, right_q
             top += 2
             continue
-        for row in range(tree.start[p], tree.stop[p]):
-            x, y, z, own = at[0, index(row)], at[1, index(row)], at[2, index(row)], of[index(row)]
-            for other in range(row + 1 if p == q else tree.start[q], tree.stop[q]):
-                dx, dy, dz = x - at[0, index(other)], y - at[1, index(other)], z - at[2, index(other)]
-                d2 = dx * dx + dy * dy + dz * dz
-                if (d2 > reach2) | (of[index(other)] == own):
-                    continue
-                distance = math.sqrt(d2)
-                i, j = index(tree.order[index(row)]), index(tree.order[index(other)])
-                low, high = min(own, of[index(other)]), max(own, of[index(other)])
-                wanted = (low << 32) | high
-                if wanted != last:  # mostly it is the same as before
-                    last = wanted
-                    place = place_of(slot, key, wanted)
-                    if slot[place] == FREE:
-                        if count == len(key):
-                            key, figures = longer(key, figures)
-                            slot = np.full(4 * len(key), FREE)
-                            for known in range(count):
-                                slot[place_of(slot, key, key[known])] = known
-                            place = place_of(slot, key, wanted)
-                        slot[place] = count
-                        key[count] = wanted
-                        figures[count, 0], figures[count, 1], figures[count, 2] = 0.0, 0.0, np.inf
-                        count += 1
-                    border = index(slot[place])
-                figures[border, 2] = min(figures[border, 2], distance)
-                opening = (
-                    (normals[i, 0] - normals[j, 0]) * dx
-                    + (normals[i, 1] - normals[j, 1]) * dy
-                    + (normals[i, 2] - normals[j, 2]) * dz
-                )
-                if opening == opening:
-                    figures[border, 0] += 1.0
-                    figures[border, 1] += 1.0 if opening > -tolerance * distance else 0.0
+        if count + LEAF * LEAF > len(key):
+            key, figures = longer(key, figures)
+            slot = np.full(4 * len(key), FREE)
+            for known in range(count):
+                slot[place_of(slot, key, key[known])] = known
+        count = judge_leaves(tree, blocks, region, reach2, tolerance, p, q, slot, key, figures, count)
     order = np.argsort(key[:count])
     found, figures = key[order], figures[order]
     return Borders(found >> 32, found & 0xFFFFFFFF, figures[:, 0].copy(), figures[:, 1].copy(), figures[:, 2].copy())
+
+
+@kernel
+def judge_leaves(tree, blocks, region, reach2, tolerance, p, q, slot, key, figures, count):  # type: ignore[no-untyped-def]
+    """Add the pairs of points of two leaves to the `figures` (M, 3) of their borders; return how many these are now.
+
+    A border's `key` (M,) holds its regions; `slot` is the table of the keys. Here, and not in the loop over the
+    leaves, as the three are not borrowed there.
+    """
+    tree, blocks, region = borrowed(tree), borrowed(blocks), borrowed(region)
+    slot, key, figures = borrowed(slot), borrowed(key), borrowed(figures)
+    last, border = np.int64(FREE), index(0)
+    first, begin = np.int64(tree.start[p]) * CHANNELS, np.int64(tree.start[q]) * CHANNELS
+    for i in range(tree.stop[p] - tree.start[p]):
+        own, at = region[index(tree.start[p] + i)], index(first + i)
+        if own < 0:
+            continue
+        for j in range(i + 1 if p == q else 0, tree.stop[q] - tree.start[q]):
+            theirs, other = region[index(tree.start[q] + j)], index(begin + j)
+            dx = blocks[at] - blocks[other]
+            dy = blocks[at + index(LEAF)] - blocks[other + index(LEAF)]
+            dz = blocks[at + index(2 * LEAF)] - blocks[other + index(2 * LEAF)]
+            apart2 = dx * dx + dy * dy + dz * dz
+            if (apart2 > reach2) | (theirs == own) | (theirs < 0):
+                continue
+            wanted = (min(own, theirs) << 32) | max(own, theirs)
+            if wanted != last:  # mostly it is the same as before
+                last = wanted
+                free = place_of(slot, key, wanted)
+                if slot[free] == FREE:
+                    slot[free] = count
+                    key[index(count)] = wanted
+                    figures[index(count), 0], figures[index(count), 1], figures[index(count), 2] = 0.0, 0.0, np.inf
+                    count += 1
+                border = index(slot[free])
+            distance = math.sqrt(apart2)
+            figures[border, 2] = min(figures[border, 2], distance)
+            opening = (
+                (blocks[at + index(3 * LEAF)] - blocks[other + index(3 * LEAF)]) * dx
+                + (blocks[at + index(4 * LEAF)] - blocks[other + index(4 * LEAF)]) * dy
+                + (blocks[at + index(5 * LEAF)] - blocks[other + index(5 * LEAF)]) * dz
+            )
+            figures[border, 0] += 1.0
+            figures[border, 1] += 1.0 if opening > -tolerance * distance else 0.0
+    return count
 
 
 @inlined

@@ -141,7 +141,7 @@ def current_members(top, entry, below, parent, size, current):  # type: ignore[n
 
 
 @kernel
-def uniform_regions(tree, region):  # type: ignore[no-untyped-def]
+def uniform_regions(tree: Tree, region: IntArray) -> IntArray:
     """Return for each node the region that all its points belong to, or -1."""
     uniform = np.full(len(tree.start), -1)
     for node in range(len(uniform) - 1, -1, -1):

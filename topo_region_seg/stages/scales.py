@@ -192,7 +192,8 @@ class Filtered:
     def _settled(self, components: Components) -> IntArray:
         normals = self.features.normals
         if self.params.level == "objects" and normals is not None:
-            return unite_objects(self.xyz, normals, self.tree, components.root, self.weight, self.params)
+            loose = np.isnan(self.channels[:, 6])
+            return unite_objects(self.xyz, normals, loose, self.tree, components.root, self.weight, self.params)
         return settle_small_regions(self.channels, self.tree, components.root, self.weight, self.params)
 
     def _barcode(self, labels: LabelArray) -> Barcode:
