@@ -45,7 +45,9 @@ def centers(label: IntArray, xyz: FloatArray, n: int) -> FloatArray:
     """Return the mean position (n, 3) of the points (N, 3) with each label; NaN where there is none."""
     count = np.bincount(label, minlength=n)
     sums = np.column_stack([np.bincount(label, xyz[:, axis], n) for axis in range(3)])
-    return np.divide(sums, count[:, None], out=np.full((n, 3), np.nan), where=count[:, None] > 0)
+    middle: FloatArray = np.full((n, 3), np.nan)
+    np.divide(sums, count[:, None], out=middle, where=count[:, None] > 0)
+    return middle
 
 
 def with_steady_borders(region: IntArray, before: IntArray, label: IntArray, hold: BoolArray) -> IntArray:
