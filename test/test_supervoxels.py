@@ -85,14 +85,15 @@ def test_the_order_of_the_points_does_not_matter(small: str) -> None:
 
 
 def test_the_order_of_points_that_are_equally_far_does_not_matter() -> None:
-    # On a grid, of one color, nearly all that is compared is equal.
-    x, y = (0.004 * grid.ravel() for grid in np.meshgrid(np.arange(30), np.arange(30)))
-    xyz, rgb = np.column_stack([x, y, np.full(900, 0.8)]), np.full((900, 3), 90, np.uint8)
-    labels = trs.segment(xyz, rgb, PATCHES).labels
+    # On a grid of exact numbers, of one color, two of four equally far points are among the nearest.
+    x, y = (grid.ravel() / 256.0 for grid in np.meshgrid(np.arange(30), 1.5 * np.arange(30)))
+    xyz, rgb = np.column_stack([x, y, np.full(900, 0.75)]), np.full((900, 3), 90, np.uint8)
+    params = PATCHES.replace(max_radius=0.012)
+    labels = trs.segment(xyz, rgb, params).labels
     assert len(np.unique(labels)) > 15
     for seed in range(3):
         order = np.random.default_rng(seed).permutation(900)
-        np.testing.assert_array_equal(trs.segment(xyz[order], rgb[order], PATCHES).labels, labels[order])
+        np.testing.assert_array_equal(trs.segment(xyz[order], rgb[order], params).labels, labels[order])
 
 
 @pytest.mark.parametrize(("side", "stays"), [(0.016, True), (0.006, False)])
