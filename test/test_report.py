@@ -15,12 +15,15 @@ from PIL import Image
 from report_maker import ATTACKS, SIM, hostile_page, sim_page
 
 from topo_region_seg.data import Cloud
+from topo_region_seg.params import Params
 from topo_region_seg.report.bars import summarized
 from topo_region_seg.report.content import LARGEST_PICTURE, PICTURE_BYTES, evenly, in_region_colors, points_a_frame
 from topo_region_seg.report.markup import data_block, table, text
 from topo_region_seg.report.pictures import data_uri, outlined, small_view
 from topo_region_seg.report.points import BYTES_A_POINT, packed_points
+from topo_region_seg.report.sections import lead
 from topo_region_seg.runs.barcodes import Bars, barcodes_of
+from topo_region_seg.runs.record import RunRecord
 from topo_region_seg.runs.run import open_run
 from topo_region_seg.tools.main import main
 from topo_region_seg.tools.report import chosen_frames
@@ -75,6 +78,35 @@ def test_the_page_shows_what_the_run_holds(sim):
         assert name in words and (str(value).lower() if isinstance(value, bool) else str(value)) in words
     for version in run.record.versions.values():
         assert version in words
+
+
+@pytest.mark.parametrize(
+    ("changed", "kind"),
+    [
+        ({}, "regions"),
+        ({"mode": "supervoxels", "seed_spacing": 0.05}, "supervoxels"),
+        ({"level": "objects"}, "objects"),
+        ({"track_regions": True}, "regions"),
+        ({"max_radius": "auto"}, "regions"),
+    ],
+)
+def test_the_page_begins_with_what_the_labels_are_and_what_is_not_default(changed, kind):
+    words = lead(RunRecord("bag", "/points", [], [], False, False, [], {}), Params(**changed))
+    assert f"Labels are of {kind}." in words
+    for name, value in changed.items():
+        assert f"{name} = {str(value).lower()}" in words
+    assert ("defaults:" in words) is bool(changed)
+    assert "min_region_size" not in words
+
+
+def test_lines_leave_something_of_small_patches():
+    view = np.arange(40 * 40).reshape(40, 40)
+    image = np.full((40, 40, 3), 200, np.uint8)
+    rows, columns = np.divmod(view, 40)
+    small, large = ((1 + rows // side * 40 + columns // side).ravel().astype(np.uint32) for side in (4, 20))
+    names = dict.fromkeys(range(2000), "")
+    assert np.asarray(outlined(image, small, view, names)).min() == 100
+    assert np.asarray(outlined(image, large, view, names)).min() == 0
 
 
 def test_the_quality_is_that_of_the_evaluation(sim, tmp_path):

@@ -84,6 +84,30 @@ def test_the_order_of_the_points_does_not_matter(small: str) -> None:
     )
 
 
+def test_the_order_of_points_that_are_equally_far_does_not_matter() -> None:
+    # On a grid of exact numbers, of one color, two of four equally far points are among the nearest.
+    x, y = (grid.ravel() / 256.0 for grid in np.meshgrid(np.arange(30), 1.5 * np.arange(30)))
+    xyz, rgb = np.column_stack([x, y, np.full(900, 0.75)]), np.full((900, 3), 90, np.uint8)
+    params = PATCHES.replace(max_radius=0.012)
+    labels = trs.segment(xyz, rgb, params).labels
+    assert len(np.unique(labels)) > 15
+    for seed in range(3):
+        order = np.random.default_rng(seed).permutation(900)
+        np.testing.assert_array_equal(trs.segment(xyz[order], rgb[order], params).labels, labels[order])
+
+
+@pytest.mark.parametrize(("side", "stays"), [(0.016, True), (0.006, False)])
+def test_a_patch_is_small_beside_what_its_cell_holds(side: float, stays: bool) -> None:
+    # A mark of 64 or 9 points on a sheet whose cells hold about 400.
+    x, y = (0.002 * grid.ravel() for grid in np.meshgrid(np.arange(60), np.arange(60)))
+    mark = (x >= 0.05) & (x < 0.05 + side - 1e-9) & (y >= 0.05) & (y < 0.05 + side - 1e-9)
+    rgb = np.where(mark[:, None], [200, 40, 40], [40, 40, 200]).astype(np.uint8)
+    params = PATCHES.replace(seed_spacing=0.04, min_region_size=1000)
+    seg = trs.segment(np.column_stack([x, y, np.full(3600, 0.8)]), rgb, params)
+    assert mark.sum() < params.min_region_size
+    assert (not np.isin(seg.labels[~mark], seg.labels[mark]).any()) is stays
+
+
 def test_more_patches_where_seeds_are_nearer() -> None:
     xyz, rgb = sheet()
     counts = [len(trs.segment(xyz, rgb, PATCHES.replace(seed_spacing=s)).regions) for s in (0.015, 0.03, 0.06, 0.5)]

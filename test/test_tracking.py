@@ -12,7 +12,7 @@ import pytest
 from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.stages.tracking import HOLD, MEMORY, Tracker
+from topo_region_seg.stages.tracking import HOLD, MEMORY, WAIT, Tracker
 
 PARAMS = Params(track_regions=True, remove_floor=False, voxel_size=0.0)
 COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))
@@ -122,6 +122,39 @@ def test_what_is_seen_behind_a_thing_that_has_gone_has_not_joined_it() -> None:
     parts = tracker.follow(before, Pipeline(PARAMS).run(before), 0.0)
     assert len(parts.regions) == 2
     assert len(tracker.follow(cloud, seg, 1.0).regions) == len(seg.regions) == 1
+
+
+def test_a_border_at_rest_moves_when_it_has_done_so_for_some_frames() -> None:
+    tracker = Tracker()
+    left, right = (2, 22, 2, 22, 0), (2, 22, 22, 42, 1)
+    wide, narrow = (2, 22, 2, 24, 0), (2, 22, 24, 42, 1)
+    first = tracker.follow(*frame(left, right), 0.0)
+    strip = np.s_[2:22, 22:24]
+    for stamp in range(1, WAIT):
+        cloud, seg = frame(wide, narrow)
+        held = tracker.follow(cloud, seg, stamp)
+        assert (held.labels.reshape(48, 64)[strip] == at(first, right)).all()
+        assert held.regions.size.sum() == seg.regions.size.sum()
+        for row, label in enumerate(held.regions.label):
+            assert np.count_nonzero(held.labels == label) == held.regions.size[row]
+    over = tracker.follow(*frame(wide, narrow), WAIT)
+    assert (over.labels.reshape(48, 64)[strip] == at(first, left)).all()
+
+
+def test_a_border_that_moves_with_its_regions_is_not_held() -> None:
+    tracker = Tracker()
+    first = tracker.follow(*frame((2, 22, 2, 22, 0), (2, 22, 22, 42, 1)), 0.0)
+    cloud, seg = frame((2, 22, 6, 26, 0), (2, 22, 26, 46, 1))
+    moved = tracker.follow(cloud, seg, 1.0)
+    assert (moved.labels.reshape(48, 64)[2:22, 22:26] == at(first, (2, 22, 2, 22, 0))).all()
+
+
+@pytest.mark.parametrize("left_out", ["overlap", "motion", "likeness"])
+def test_what_does_not_move_is_followed_by_any_part_of_the_score(left_out: str) -> None:
+    tracker = Tracker(**{left_out: False})
+    for stamp in range(3):
+        done = tracker.follow(*frame(A, B, C), float(stamp))
+        assert [at(done, box) for box in (A, B, C)] == [1, 2, 3]
 
 
 def test_another_thing_at_another_place_is_new() -> None:

@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +42,17 @@ SHARE = 0.5
 SAME = 0.5
 """Intersection over union of two regions of consecutive frames from which on they are taken for one thing."""
 LEVELS = ("regions", "objects")
+WHOLE = "whole"
+WITHOUT: dict[str, dict[str, Any]] = {
+    "without overlap": {"overlap": False},
+    "without motion": {"motion": False},
+    "without color and size": {"likeness": False},
+    "without overlap, color and size": {"overlap": False, "likeness": False},
+    "without memory": {"memory": 0},
+    "without holding apart what has become one": {"hold": 0},
+    "without holding points at borders": {"wait": 0},
+}
+"""What a tracker is denied to see what it brings."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +66,20 @@ class Step:
     ms: float
 
 
-def follow(stream: Iterable[tuple[Cloud, npt.NDArray[np.uint32] | None]], params: Params) -> list[Step]:
-    """Segment and track a stream."""
-    pipeline, tracker, steps = Pipeline(params.replace(track_regions=True)), Tracker(), []
+def follow(
+    stream: Iterable[tuple[Cloud, npt.NDArray[np.uint32] | None]],
+    params: Params,
+    trackers: Mapping[str, Mapping[str, Any]] | None = None,
+) -> dict[str, list[Step]]:
+    """Segment a stream once; track it by the WHOLE tracker and by others, given by name and what they are made with."""
+    made = {name: Tracker(**how) for name, how in {WHOLE: {}, **(trackers or {})}.items()}
+    pipeline = Pipeline(params.replace(track_regions=True))
+    steps: dict[str, list[Step]] = {name: [] for name in made}
     for number, (cloud, truth) in enumerate(stream):
         seg = pipeline.run(cloud)
-        tracked = tracker.follow(cloud, seg, number / RATE)
-        steps.append(Step(cloud, seg.labels, tracked.labels, truth, tracked.ms["tracking"]))
+        for name, tracker in made.items():
+            tracked = tracker.follow(cloud, seg, number / RATE)
+            steps[name].append(Step(cloud, seg.labels, tracked.labels, truth, tracked.ms["tracking"]))
     return steps
 
 
@@ -128,20 +147,30 @@ def measure(setting: Setting, images: Path) -> str:
     still, moving = setting.choose(STATIC_FRAMES, 5), setting.choose(ORBIT_FRAMES, 5)
     static_rows, moving_rows, laptop_rows, times = [], [], [], []
     shown: list[Step] = []
+    ablation: dict[str, list[tuple[float, int]]] = {}
     for level in LEVELS:
         params = Params(level=level)
+        others = WITHOUT if level == LEVELS[0] else {}
         for scene in scenes:
-            steps = follow(simulated(scene, [Camera.kinect()] * still), params)
+            rest = follow(simulated(scene, [Camera.kinect()] * still), params, others)
+            steps = rest[WHOLE]
             shares = [changed([s.plain for s in steps]), changed([s.tracked for s in steps])]
             static_rows.append([f"{level}, scene {scene}", *(f"{100.0 * share:.2f}" for share in shares)])
             times += [step.ms for step in steps]
-            steps = follow(simulated(scene, orbit(Camera.kinect(), moving, SWEEP * moving / ORBIT_FRAMES)), params)
+            cameras = orbit(Camera.kinect(), moving, SWEEP * moving / ORBIT_FRAMES)
+            round_it = follow(simulated(scene, cameras), params, others)
+            steps = round_it[WHOLE]
             plain, tracked = (switches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
             moving_rows.append([f"{level}, scene {scene}", str(plain[1]), str(plain[0]), str(tracked[0])])
-            if level == LEVELS[0] and scene == 0:
-                shown = steps
+            if level == LEVELS[0]:
+                for name in rest:
+                    share = changed([s.tracked for s in rest[name]])
+                    count = switches(round_it[name], [s.tracked for s in round_it[name]])[0]
+                    ablation.setdefault(name, []).append((share, count))
+                if scene == 0:
+                    shown = steps
         if LAPTOP.is_dir():
-            steps = follow(recorded(LAPTOP), params)
+            steps = follow(recorded(LAPTOP), params)[WHOLE]
             plain, tracked = (mismatches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
             laptop_rows.append([level, str(plain[1]), str(plain[0]), str(tracked[0])])
     blocks = [
@@ -151,6 +180,15 @@ def measure(setting: Setting, images: Path) -> str:
         f"Camera moving round the tabletop, {moving} frames, {math.degrees(SWEEP) * moving / ORBIT_FRAMES:.0f} "
         "degrees: how often a true segment got another label than it had last.",
         table(["", "sightings", "switches untracked", "switches tracked"], moving_rows),
+        "What each part brings: regions, the mean over the scenes at rest and the sum over those that the camera moves "
+        "round.",
+        table(
+            ["", "points changing their label, percent", "switches"],
+            [
+                [name, f"{100.0 * np.mean([share for share, _ in found]):.2f}", str(sum(count for _, count in found))]
+                for name, found in ablation.items()
+            ],
+        ),
     ]
     if laptop_rows:
         blocks += [

@@ -49,12 +49,20 @@ VIEW_BUTTONS = {
 MODES = {"label": "Regions", "rgb": "Colors", "truth": "Truth"}
 
 
-def lead(record: RunRecord) -> str:
-    """Return the first sentence."""
+def kind(params: Params) -> str:
+    """Return what the labels of a run are of."""
+    return "supervoxels" if params.mode == "supervoxels" else params.level
+
+
+def lead(record: RunRecord, params: Params) -> str:
+    """Return the first sentences."""
     count, failed = len(record.frames), len(record.rejected)
     rejected = f"{failed} rejected" if failed else "none rejected"
     of = f"of {PurePath(record.source).name}, topic {record.topic}"
-    return f"{count} cloud{'' if count == 1 else 's'} segmented {of}; {rejected}."
+    own = params.as_dict()
+    changed = [f"{name} = {_plain(own[name])}" for name, value in Params().as_dict().items() if own[name] != value]
+    made = f"Parameters other than the defaults: {', '.join(changed)}" if changed else "All parameters are the defaults"
+    return f"{count} cloud{'' if count == 1 else 's'} segmented {of}; {rejected}. Labels are of {kind(params)}. {made}."
 
 
 def notices(run: Run, truth: str | None) -> str:
@@ -72,7 +80,7 @@ def notices(run: Run, truth: str | None) -> str:
     return "\n".join(f'<p class="notice">{text(line)}</p>' for line in lines)
 
 
-def cards(record: RunRecord, frames: Sequence[FrameContent]) -> str:
+def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> str:
     """Return the figures at the top."""
     shown = [("Frames", f"{len(frames)}", f"{len(record.rejected)} rejected")]
     if frames:
@@ -80,7 +88,7 @@ def cards(record: RunRecord, frames: Sequence[FrameContent]) -> str:
         total = [frame.record.ms.get("total", 0.0) for frame in frames]
         points = int(np.median([frame.record.points for frame in frames]))
         spread = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else f"{counts[0]}"
-        shown.append(("Regions a frame", spread, f"median {np.median(counts):g}"))
+        shown.append((f"{kind(params).capitalize()} a frame", spread, f"median {np.median(counts):g}"))
         shown.append(("Points a frame", f"{points:,}", "median, invalid ones included"))
         shown.append(("Time a frame", f"{np.median(total):.0f} ms", f"median; p95 {np.percentile(total, 95):.0f} ms"))
     notes = {"wov": "1 is best", "fos": "0 is best", "fus": "0 is best"}
@@ -95,11 +103,12 @@ def cards(record: RunRecord, frames: Sequence[FrameContent]) -> str:
     )
 
 
-def chart_figures(names: Collection[str]) -> str:
+def chart_figures(names: Collection[str], params: Params) -> str:
     """Return the places where the scripts draw the charts."""
     parts = []
     for name in names:
         title, what = CHARTS[name]
+        title = kind(params).capitalize() if name == "regions" else title
         legend = '<ul class="legend"></ul>' if name == "time" else ""
         parts.append(
             f'<figure class="chart" data-chart="{name}">'
@@ -110,21 +119,23 @@ def chart_figures(names: Collection[str]) -> str:
     return "\n".join(parts)
 
 
-def frame_section(frame: FrameContent) -> str:
+def frame_section(frame: FrameContent, params: Params) -> str:
     """Return one frame with its pictures."""
+    captions = {**CAPTIONS, "regions": kind(params).capitalize()}
     record, index = frame.record, frame.index
-    facts = [f"{record.points:,} points", f"{record.regions} regions", f"{record.ms.get('total', 0.0):.0f} ms"]
+    facts = [f"{record.points:,} points", f"{record.regions} {kind(params)}", f"{record.ms.get('total', 0.0):.0f} ms"]
     if frame.quality and frame.quality["wov"] is not None:
         facts.append(f"WOv {frame.quality['wov']:.3f}, Fos {frame.quality['fos']:.3f}, Fus {frame.quality['fus']:.3f}")
     facts.append(f"frame id {frame.frame_id!r}")
     notes = {
         "input": "as recorded",
-        "regions": f"{record.regions}, each with a number, an outline and a color; gray = none",
+        "regions": f"{record.regions}, each with an outline and a color, and with a number where there is room; "
+        f"gray = none{'; labels are kept from frame to frame' if params.track_regions else ''}",
         "truth": "each segment in the color of the region that covers most of it; numbers are true labels",
     }
     pictures = "".join(
-        f'<figure><img src="{uri}" alt="{text(CAPTIONS[name])} of frame {index}" decoding="async">'
-        f"<figcaption><strong>{text(CAPTIONS[name])}</strong>: {text(notes[name])}</figcaption></figure>"
+        f'<figure><img src="{uri}" alt="{text(captions[name])} of frame {index}" decoding="async">'
+        f"<figcaption><strong>{text(captions[name])}</strong>: {text(notes[name])}</figcaption></figure>"
         for name, uri in frame.pictures
     )
     shown = f'<div class="pictures">{pictures}</div>' if pictures else '<p class="hint">No pictures of this frame.</p>'
@@ -134,7 +145,7 @@ def frame_section(frame: FrameContent) -> str:
     )
 
 
-def closer(frames: Sequence[FrameContent]) -> str:
+def closer(frames: Sequence[FrameContent], params: Params) -> str:
     """Return the controls and places of the 3D view and the barcode."""
     chosen = [frame for frame in frames if frame.points is not None]
     if not chosen:
@@ -147,7 +158,7 @@ def closer(frames: Sequence[FrameContent]) -> str:
     )
     modes = "".join(
         f'<button type="button" data-mode="{mode}" aria-pressed="false">{text(name)}</button>'
-        for mode, name in MODES.items()
+        for mode, name in {**MODES, "label": kind(params).capitalize()}.items()
         if mode in known
     )
     acts = "".join(

@@ -85,7 +85,7 @@ class Filtered:
         with clock("supervoxels" if patches else "small_regions" if params.level == "regions" else "objects"):
             components = self._components_at(params)
             if patches:
-                region = supervoxels(self.channels, components.root, self.weight, params)
+                region = supervoxels(self.channels, self.tree, components.root, self.weight, params)
             else:
                 region = self._settled(components)
         with clock("regions"):

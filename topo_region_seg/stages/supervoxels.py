@@ -12,31 +12,40 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray, IntArray
-from topo_region_seg.kernels.growth import grow_patches
+from topo_region_seg.kernels.growth import FREE, LANES, Patches, grow_patches
 from topo_region_seg.kernels.merging import count_off
+from topo_region_seg.kernels.near_edges import near_edges
+from topo_region_seg.kernels.neighborhoods import leaf_blocks
+from topo_region_seg.kernels.tree import Tree
+from topo_region_seg.kernels.voxels import number_voxels, voxel_means
+from topo_region_seg.parallel import in_parts, side_by_side
 from topo_region_seg.params import Params
 from topo_region_seg.stages.homogeneity import criterion
 
 NEAREST = 12  # neighbors along which a patch grows
 TURN = 30.0  # degrees that count as much as one seed spacing, or a difference of color at the threshold
-FREE = -1
+UNIT = 0.5 / math.sin(math.radians(TURN) / 2.0)  # length of normals whose ends are 1 apart at that angle
+SMALLEST = 1.0 / 16.0
+"""Share of a cell's points that a patch in it needs: `min_region_size` alone may be most of what a narrow cell has."""
 NONE = -1
 
 
-def supervoxels(channels: FloatArray, root: IntArray, weight: IntArray, params: Params) -> IntArray:
+def supervoxels(channels: FloatArray, tree: Tree, root: IntArray, weight: IntArray, params: Params) -> IntArray:
     """Divide the components at `params.scale` into patches.
 
-    Every point lies within `seed_spacing` of its patch's seed, a point of the patch. Patches that stand for fewer than
-    `min_region_size` input points are left over: with `small_regions` = ``merge`` their points join the patches
-    that reach them within that bound, by edges up to the scale, homogeneous or not. What none reaches stays.
+    Every point lies within `seed_spacing` of its patch's seed, a point of the patch. Patches that stand for fewer input
+    points than `min_region_size`, and than SMALLEST of those in their seed's cell, are left over: with
+    `small_regions` = ``merge`` their points join the patches that reach them within that bound, by edges up to the
+    scale, homogeneous or not. What none reaches stays.
 
     Parameters
     ----------
     channels : (N, 9) float64
         Positions (m), colors and normals, as `homogeneity_channels` returns them.
+    tree : Tree
+        Tree over the positions.
     root : (N,) int64
         Smallest point id of each point's component at the scale.
     weight : (N,) int64
@@ -51,92 +60,96 @@ def supervoxels(channels: FloatArray, root: IntArray, weight: IntArray, params: 
     """
     if len(channels) == 0:
         return np.empty(0, np.int64)
-    # In an order of their own, so that the one in which the points come does not matter.
-    order = np.argsort(channels[:, 0])
-    if (np.diff(channels[order, 0]) == 0.0).any():
-        order = np.lexsort(channels[:, ::-1].T)
-    growth = _Growth(channels[order], params)
-    growth.start(seeds(growth.channels[:, :3], root[order], weight[order], params))
-    size = np.bincount(growth.patch, weight[order])
-    small = (size < params.min_region_size)[growth.patch]
-    if params.small_regions == "merge" and small.any() and not small.all():
-        growth.absorb(small)
-    patch = np.empty_like(growth.patch)
-    patch[order] = growth.patch
+    order = _own_order(channels)
+    xyz, counts = np.ascontiguousarray(channels[order, :3]), weight[order]
+    seeds, fewest = _seeds(xyz, root[order], counts, params)
+    patches = _ungrown(channels, tree, order, params)
+    bound, everything, no_seeds = params.seed_spacing, np.arange(len(order), dtype=np.int32), np.empty(0, np.int32)
+    grow_patches(patches, everything, seeds, True, True, bound, UNIT)
+    size = np.bincount(patches.patch, counts, len(order))
+    small = size[patches.patch] < fewest[patches.patch]
+    if params.small_regions == "merge" and not small.all():
+        _free(patches, small)
+        grow_patches(patches, everything[small], no_seeds, False, False, bound, UNIT)
+        left = patches.patch == FREE
+        _free(patches, left)
+        grow_patches(patches, everything[left], no_seeds, True, True, bound, UNIT)
+    patch = np.empty(len(order), np.int64)
+    patch[order] = patches.patch
+    region, _ = count_off(patch, weight)
     if params.small_regions == "remove":
-        kept = size >= params.min_region_size
-        patch = np.where(kept, np.cumsum(kept) - 1, NONE)[patch]
-        return patch
-    return count_off(patch, weight)[0]
+        kept = np.unique(region[order[~small]])
+        number = np.full(len(order), NONE)
+        number[kept] = np.arange(len(kept))
+        region = number[region]
+    return region
 
 
-def seeds(xyz: FloatArray, root: IntArray, weight: IntArray, params: Params) -> IntArray:
-    """Return the points (S,) that patches grow from: of each component's part in each cell of a grid, the middle one.
+def _own_order(channels: FloatArray) -> IntArray:
+    """Return the points (N, 9) in an order of their own, so that the one in which they come does not matter."""
+    x, y, z = channels[:, :3].T
+    # Many points have an x in common, few their place along an odd direction.
+    key = x + math.sqrt(0.5) * y + math.sqrt(0.2) * z
+    order = np.argsort(key)
+    same = np.diff(key[order]) == 0.0
+    tied = np.flatnonzero(np.append(same, False) | np.append(False, same))
+    rows = order[tied]
+    order[tied] = rows[np.lexsort(channels[rows, ::-1].T)]
+    return order
 
-    The grid has cells of `seed_spacing`; parts of fewer than `min_region_size` input points get no seed.
+
+def _seeds(xyz: FloatArray, root: IntArray, weight: IntArray, params: Params) -> tuple[IndexArray, FloatArray]:
+    """Return the points (S,) that patches grow from, and the fewest input points (N,) of a patch with a seed there.
+
+    The seeds are, of each component's part in each cell of a grid of `seed_spacing`, the middle one, unless the part
+    has fewer input points than that.
     """
-    cell = np.floor(xyz / params.seed_spacing).astype(np.int64)
-    order = np.lexsort((root, cell[:, 2], cell[:, 1], cell[:, 0]))
-    keys = np.column_stack([cell, root])[order]
-    first = np.concatenate([[True], (np.diff(keys, axis=0) != 0).any(axis=1)])
-    part = np.empty(len(xyz), np.int64)
-    part[order] = np.cumsum(first) - 1
-    count = np.bincount(part)
-    middle = np.column_stack([np.bincount(part, xyz[:, c]) for c in range(3)]) / count[:, None]
+    cell, _ = number_voxels(xyz, params.seed_spacing)
+    fewest = np.minimum(params.min_region_size, SMALLEST * np.bincount(cell, weight)[cell])
+    # Pairs of numbers are numbered as cells are.
+    part, first = number_voxels(np.column_stack([cell, root, np.zeros_like(root)]).astype(np.float64), 1.0)
+    middle, _ = voxel_means(xyz, part, len(first))
     off = ((xyz - middle[part]) ** 2).sum(axis=1)
-    by_part = np.lexsort((off, part))
-    nearest = by_part[np.concatenate([[0], np.cumsum(count)[:-1]])]
-    return np.sort(nearest[np.bincount(part, weight) >= params.min_region_size])
+    least = np.full(len(first), np.inf)
+    np.minimum.at(least, part, off)
+    rows = np.flatnonzero(off == least[part])
+    _, place = np.unique(part[rows], return_index=True)
+    seeds = rows[place]
+    enough = np.bincount(part, weight) >= fewest[seeds]
+    return np.sort(seeds[enough]).astype(np.int32), fewest
 
 
-class _Growth:
-    """Points, sorted, and the patches that they have joined so far."""
-
-    def __init__(self, channels: FloatArray, params: Params) -> None:
-        self.channels = channels
-        self.patch: IntArray = np.full(len(channels), FREE, np.int64)
-        self._seed: IntArray = np.empty(len(channels), np.int64)
-        self._count = 0
-        self._limits = criterion(params.replace(max_radius=params.scale, radius=0.0))
-        self._bound = params.seed_spacing
-        self._near = _neighbors(channels[:, :3], params.scale)
-        chord = 2.0 * math.sin(math.radians(TURN) / 2.0)
-        self._unit = np.array([params.seed_spacing, max(params.color_threshold, 1e-6), chord])
-
-    def start(self, seed: IntArray) -> None:
-        """Grow patches from seeds; points that these do not reach become seeds too."""
-        self._seed[: len(seed)] = seed
-        self._count = len(seed)
-        self._grow(0, alike=True)
-
-    def absorb(self, small: BoolArray) -> None:
-        """Let some points join the patches of the others by any edges; what these do not reach is grown anew."""
-        self.patch[small] = FREE
-        self._grow(self._count, alike=False)
-        # A new patch takes a free number: no more are in use than there are points.
-        used, self.patch[self.patch >= 0] = np.unique(self.patch[self.patch >= 0], return_inverse=True)
-        self._seed[: len(used)] = self._seed[used]
-        self._count = len(used)
-        self._grow(self._count, alike=True)
-
-    def _grow(self, n_old: int, *, alike: bool) -> None:
-        self._count = grow_patches(
-            self.channels,
-            self._near,
-            self.patch,
-            self._seed,
-            n_old,
-            self._count,
-            self._limits,
-            alike,
-            self._bound,
-            self._unit,
-        )
+def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, params: Params) -> Patches:
+    """Return the points (N, 9), in another order, with their edges and without patches."""
+    n = len(order)
+    blocks = leaf_blocks(tree, channels[:, :3])
+    rank = np.empty(n, np.int32)
+    rank[order] = np.arange(n, dtype=np.int32)
+    channels = channels[order]
+    limits = criterion(params.replace(max_radius=params.scale, radius=0.0))
+    near, alike = np.empty((n, NEAREST), np.int32), np.empty((n, NEAREST), np.bool_)
+    tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
+    side_by_side(near_edges, tasks)
+    xyz = np.ascontiguousarray(channels[:, :3])
+    traits = np.zeros((n, LANES), np.float32)
+    traits[:, 0:3] = (xyz - xyz.mean(axis=0)) / params.seed_spacing
+    traits[:, 4:7] = channels[:, 3:6] / max(params.color_threshold, 1e-6)
+    traits[:, 8:11] = channels[:, 6:9] * UNIT
+    return Patches(
+        xyz=xyz,
+        traits=traits,
+        near=near,
+        alike=alike,
+        patch=np.full(n, FREE, np.int32),
+        sums=np.zeros((n, LANES)),
+        mean=np.zeros((n, LANES), np.float32),
+        cost=np.full(n, np.inf, np.float32),
+        bidder=np.empty(n, np.int32),
+        before=np.empty(n, np.int32),
+        after=np.empty(n, np.int32),
+    )
 
 
-def _neighbors(xyz: FloatArray, radius: float) -> IndexArray:
-    """Return the points nearest to each one, (N, NEAREST) int32; N where there are fewer within the radius."""
-    reach = math.nextafter(radius, math.inf)  # the tree's bound is not reached
-    # The nearest is the point itself, or one that coincides with it.
-    near = cKDTree(xyz).query(xyz, NEAREST + 1, distance_upper_bound=reach)[1]
-    return np.ascontiguousarray(near, np.int32)
+def _free(patches: Patches, points: BoolArray) -> None:
+    patches.patch[points] = FREE
+    patches.cost[points] = np.inf

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from topo_region_seg.data import Cloud, FloatArray, IntArray, LabelArray, Segmentation
 from topo_region_seg.stages.clock import Clock
 from topo_region_seg.stages.merges import joined_regions, parted
+from topo_region_seg.stages.steady_borders import centers, settled_labels, with_steady_borders
 
 MEMORY = 10
 """Frames for which a region that is not seen may still get its label back."""
@@ -26,6 +27,8 @@ LEAST_SIZE_RATIO = 0.5
 """Least ratio of the sizes of such a region."""
 HOLD = 10
 """Frames in a row for which regions must have become one before they are taken for one."""
+WAIT = 3
+"""Frames in a row for which a point at the border of regions at rest must be in another one before it changes over."""
 LEAST_OVERLAP = 0.1
 """Least intersection over union that is taken for a region's own."""
 LIKENESS_WEIGHT = 0.2
@@ -54,13 +57,36 @@ class _Seen:
     shape: tuple[int, int]
     xyz: FloatArray
     point_labels: LabelArray
+    waited: npt.NDArray[np.uint8]
+    """For how many frames in a row each point has been in another region than its label says."""
     stamp: float
 
 
 class Tracker:
     """Gives the regions of consecutive frames steady labels; made for one stream, used from one thread at a time."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self,
+        *,
+        overlap: bool = True,
+        motion: bool = True,
+        likeness: bool = True,
+        memory: int = MEMORY,
+        hold: int = HOLD,
+        wait: int = WAIT,
+    ) -> None:
+        """Make a tracker; parts of what it goes by may be left out, to see what each brings.
+
+        Parameters
+        ----------
+        overlap, motion, likeness : bool
+            Whether it goes by intersection over union; by where the motion seen last would have brought a region,
+            rather than by where it was; and by colors and sizes.
+        memory, hold, wait : int
+            MEMORY, HOLD and WAIT; 0 = not at all.
+        """
+        self._overlaps, self._moves, self._likens = overlap, motion, likeness
+        self._memory, self._hold, self._wait = memory, hold, wait
         self.reset()
 
     def reset(self) -> None:
@@ -69,6 +95,7 @@ class Tracker:
         self._seen: _Seen | None = None
         self._next = 1
         self._joined: dict[tuple[int, int], int] = {}
+        self._waited = np.zeros(0, np.uint8)
 
     def follow(self, cloud: Cloud, seg: Segmentation, stamp: float) -> Segmentation:
         """Return `seg` with the labels that its regions had before; new ones get labels that were never used.
@@ -92,35 +119,54 @@ class Tracker:
         with clock("tracking"):
             if self._seen is not None and stamp < self._seen.stamp:
                 self.reset()
-            seg = self._held_apart(cloud, seg)
+            seg = self._steadied(cloud, seg)
             given = seg.regions.label.astype(np.int64)
             tracked = self._assign(cloud, seg)
             table = np.zeros(int(np.max(given, initial=0)) + 1, np.uint32)
             table[given] = tracked
             labels, bars = table[seg.labels], replace(seg.barcode, label=table[seg.barcode.label])
             self._remember(seg, tracked)
-            self._seen = _Seen(labels, cloud.xyz, (cloud.height, cloud.width), bars.xyz, bars.label, stamp)
+            self._seen = _Seen(
+                labels, cloud.xyz, (cloud.height, cloud.width), bars.xyz, bars.label, self._waited, stamp
+            )
         regions = replace(seg.regions, label=tracked)
         return replace(seg, labels=labels, regions=regions, barcode=bars, ms={**seg.ms, **clock.ms})
 
-    def _held_apart(self, cloud: Cloud, seg: Segmentation) -> Segmentation:
-        """Return `seg` with regions that noise has joined parted as they were in the image of the frame before."""
+    def _steadied(self, cloud: Cloud, seg: Segmentation) -> Segmentation:
+        """Return `seg` with what noise has joined parted, and borders at rest, as in the image of the frame before."""
         seen = self._seen
+        self._waited = np.zeros(len(seg.labels), np.uint8)
         if seen is None or not cloud.organized or seen.shape != (cloud.height, cloud.width) or not len(seg.regions):
             return seg
         now, before = seg.barcode.label.astype(np.int64), seen.labels[seg.index].astype(np.int64)
         # Where a thing has gone, what is seen behind it has not joined it.
-        moved = np.linalg.norm(cloud.xyz[seg.index] - seen.cloud_xyz[seg.index], axis=1)
-        before[~(moved <= seg.params.scale)] = 0
-        joined = joined_regions(now, before)
+        way = cloud.xyz[seg.index] - seen.cloud_xyz[seg.index]
+        before[~((way * way).sum(axis=1) <= seg.params.scale**2)] = 0
+        held = self._held(joined_regions(now, before))
+        region = parted(seg.barcode.xyz, now, before, held) if held else now - 1
+        label = settled_labels(
+            region, before, seg.barcode.xyz, centers(seen.point_labels.astype(np.int64), seen.xyz, self._next)
+        )
+        # Regions of several parts are in no table of one label each.
+        raw = np.zeros(int(np.max(seg.regions.label)) + 1, np.uint32)
+        raw[now[region >= 0]] = label[region[region >= 0]]
+        raw[list(held)] = 0
+        both = np.flatnonzero((seg.labels > 0) & (seen.labels > 0))
+        found = raw[seg.labels[both]]
+        off = both[(found > 0) & (found != seen.labels[both])]
+        self._waited[off] = np.minimum(seen.waited[off], 254) + 1
+        steady = with_steady_borders(region, before, label, self._waited[seg.index] < self._wait)
+        return seg.scales.divided(seg, steady) if held or not np.array_equal(steady, region) else seg
+
+    def _held(self, joined: dict[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
+        """Return those of the joined regions, and of their parts, that are still held apart."""
         pairs = [(parts[0], part) for parts in joined.values() for part in parts[1:]]
         self._joined = {pair: self._joined.get(pair, 0) + 1 for pair in pairs}
         held = {
-            region: (parts[0], *(part for part in parts[1:] if self._joined[parts[0], part] <= HOLD))
+            region: (parts[0], *(part for part in parts[1:] if self._joined[parts[0], part] <= self._hold))
             for region, parts in joined.items()
         }
-        held = {region: parts for region, parts in held.items() if len(parts) > 1}
-        return seg.scales.divided(seg, parted(seg.barcode.xyz, now, before, held)) if held else seg
+        return {region: parts for region, parts in held.items() if len(parts) > 1}
 
     def _assign(self, cloud: Cloud, seg: Segmentation) -> LabelArray:
         """Return the tracked label of every row of the table of regions."""
@@ -142,13 +188,18 @@ class Tracker:
         """Return how well each region (row) continues each known one (column); 0 where it cannot."""
         tracks, table = [self._tracks[label] for label in known.tolist()], seg.regions
         common, before = self._overlap(cloud, seg, known)
+        if not self._overlaps:
+            common = np.zeros_like(common)
         union = common.sum(axis=1, keepdims=True) + before - common
         # What of a region lies on nothing known is new ground, and counts to the union.
         iou = common / np.maximum(union, 1.0)
-        away = np.linalg.norm(table.centroid[:, None] - np.array([t.center + t.step for t in tracks]), axis=2)
+        place = np.array([t.center + t.step if self._moves else t.center for t in tracks])
+        away = np.linalg.norm(table.centroid[:, None] - place, axis=2)
         color = np.nan_to_num(np.linalg.norm(table.mean_lab[:, None] - np.array([t.lab for t in tracks]), axis=2))
         size, old = table.size[:, None].astype(np.float64), np.array([t.size for t in tracks], np.float64)
         ratio = np.minimum(size, old) / np.maximum(size, old)
+        if not self._likens:
+            color, ratio = np.zeros_like(color), np.ones_like(ratio)
         alike = ratio * np.exp(-away / REACH - color / COLOR_REACH)
         near = (away <= REACH) & (color <= COLOR_REACH) & (ratio >= LEAST_SIZE_RATIO)
         return np.where((iou >= LEAST_OVERLAP) | near, iou + LIKENESS_WEIGHT * alike, 0.0)
@@ -158,7 +209,8 @@ class Tracker:
         seen = self._seen
         assert seen is not None
         if cloud.organized and seen.shape == (cloud.height, cloud.width):
-            now, old = seg.labels, seen.labels
+            somewhere = np.flatnonzero(seg.labels | seen.labels)
+            now, old = seg.labels[somewhere], seen.labels[somewhere]
         else:
             every = max(1, len(seg.barcode) // SAMPLES)
             now = seg.barcode.label[::every]
@@ -184,4 +236,4 @@ class Tracker:
             old, center = self._tracks.get(label), table.centroid[row]
             step = (center - old.center) / old.lost if old is not None else np.zeros(3)
             self._tracks[label] = _Track(center, step, table.mean_lab[row], int(table.size[row]))
-        self._tracks = {label: track for label, track in self._tracks.items() if track.lost <= MEMORY}
+        self._tracks = {label: track for label, track in self._tracks.items() if track.lost <= self._memory}
