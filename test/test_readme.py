@@ -46,7 +46,7 @@ def test_make_targets_exist() -> None:
 
 def test_options_of_the_command_line_exist(capsys: pytest.CaptureFixture[str]) -> None:
     # What follows other programs' names is theirs; that of this one is in code of its own or after its name.
-    elsewhere = re.compile(r"^(?:rosdep|colcon|ros2) .*$", re.MULTILINE)
+    elsewhere = re.compile(r"^(?:rosdep|colcon|ros2|export) .*$|`docker [^`]*`", re.MULTILINE)
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", elsewhere.sub("", README)))
     commands = re.findall(r"^\| `([a-z]+) [A-Z]", README, re.MULTILINE)
     assert len(commands) == 8

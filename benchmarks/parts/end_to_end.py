@@ -74,8 +74,8 @@ def measure(setting: Setting) -> Result:
     )
     result.notes.append(
         "Camera, node and listener share the machine's cores; clouds are 9.8 MB, published reliably. The camera has "
-        "the transports of `config/fastdds.xml`, as the README has it, unless the column says otherwise; node and "
-        "player take them by themselves."
+        "the transports of `topo_region_seg/ros/fastdds.xml`, as the README has it, unless the column says otherwise; "
+        "node and player take them by themselves."
     )
     result.data = {
         run.name: {"sent": run.sent, **run.counts, "median_ms": run.latency(0.5), "cores": run.cores} for run in runs
