@@ -30,6 +30,16 @@ def ros_domain(warm_kernels: None) -> int:
     return 1 + os.getpid() % 50  # up to 101 is safe; some tests take the domain 50 higher
 
 
+@pytest.fixture(autouse=True)
+def transports_as_before() -> Iterator[None]:
+    """What a command that is run inside of this process sets for Fast DDS ends with the test."""
+    name = "FASTRTPS_DEFAULT_PROFILES_FILE"
+    before = os.environ.get(name)
+    yield
+    if before is None:
+        os.environ.pop(name, None)
+
+
 @pytest.fixture(scope="module")
 def client(ros_domain: int, node: NodeProcess) -> Iterator[Client]:
     """A client of the test file's fixture `node`, connected to it."""

@@ -87,9 +87,11 @@ class NodeProcess:
 def running_node(domain: int, log_file: Path, *ros_args: str) -> Iterator[NodeProcess]:
     """Run a node, show its log in the end, and hold that it ended well and met no unforeseen error."""
     process = NodeProcess(domain, log_file, *ros_args)
-    yield process
-    status = process.stop()
-    print(process.log)
+    try:
+        yield process
+    finally:
+        status = process.stop()
+        print(process.log)
     assert status == 0
     assert "Traceback" not in process.log
     assert "internal_error" not in process.log

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from topo_region_seg.ros.transport import PROFILES
+
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "topo_region_seg"
 COLCON = Path(sysconfig.get_path("scripts")) / "colcon"
@@ -53,7 +55,8 @@ def assert_layout(prefix: Path) -> None:
     assert (share / PACKAGE / "package.xml").is_file()
     for folder in ("launch", "config", "rviz", "security"):
         installed = {path.name for path in (share / PACKAGE / folder).iterdir()}
-        assert installed == {path.name for path in (ROOT / folder).iterdir() if path.is_file()}
+        given = {path.name for path in (ROOT / folder).iterdir() if path.is_file()}
+        assert installed == given | ({PROFILES.name} if folder == "config" else set())
         assert installed
     # Made by colcon for ament packages only: without them `ros2 run` would not find the package.
     assert (share / PACKAGE / "hook" / "ament_prefix_path.dsv").is_file()

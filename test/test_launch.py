@@ -130,7 +130,12 @@ def test_two_cameras_from_recordings_each_give_their_labels(ros_domain: int, tmp
     processes: list[subprocess.Popen[bytes]] = []
     try:
         inboxes = {side: client.collect(PointCloud2, f"/{side}/labeled_points") for side in SIDES}
-        for number, (executable, *rest) in enumerate(commands(TWO, ROOT, arguments)):
+        answers = [f"/{side}/labeled_points" for side in SIDES]
+        lines = sorted(commands(TWO, ROOT, arguments), key=lambda line: Path(line[0]).name)
+        for number, (executable, *rest) in enumerate(lines):
+            if number == len(SIDES):
+                # The recordings last a second, which discovery may take longer than.
+                until(lambda: all(map(client.node.count_publishers, answers)), "publishers of labels", STARTUP)
             with (tmp_path / f"{number}.txt").open("w") as log:
                 command = [sys.executable, "-m", MODULES[executable], *rest]
                 processes.append(subprocess.Popen(command, env=environment, stdout=log, stderr=log, cwd=tmp_path))

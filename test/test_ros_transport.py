@@ -6,6 +6,9 @@ from __future__ import annotations
 
 import os
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -25,6 +28,11 @@ def room(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def test_the_file_asks_for_the_segment_that_is_said() -> None:
     sizes = [int(e.text or 0) for e in ElementTree.parse(PROFILES).iter() if e.tag.endswith("segment_size")]
     assert sizes == [SEGMENT]
+
+
+def test_as_many_processes_are_found_as_without_it() -> None:
+    peers = [int(e.text or 0) for e in ElementTree.parse(PROFILES).iter() if e.tag.endswith("maxInitialPeersRange")]
+    assert peers == [32, 32], "what rmw_fastrtps_cpp takes; Fast DDS itself takes 4"
 
 
 def test_it_is_used_where_nothing_else_is_chosen() -> None:
@@ -82,3 +90,23 @@ def test_the_node_has_the_segment(
         largest = max(int(end, 16) - int(start, 16) for start, end in mapped)
         assert (largest >= SEGMENT) == (chosen is None)
         assert ("transports of Fast DDS left as they are" in node.log) == (chosen is not None)
+
+
+def test_a_player_among_many_processes_is_heard(
+    ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
+    from ros_harness import ROOT, Client, running_node, until
+
+    monkeypatch.undo()
+    domain = ros_domain + 50
+    clients = [Client(domain) for _ in range(6)]
+    play = [sys.executable, "-m", "topo_region_seg", "play", str(ROOT / "bags" / "tabletop_sim"), "--loop"]
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)}
+    try:
+        with running_node(domain, tmp_path / "log.txt"), subprocess.Popen(play, env=environment) as player:
+            until(lambda: clients[-1].labeled, "labels")
+            player.send_signal(signal.SIGINT)
+    finally:
+        for client in clients:
+            client.close()

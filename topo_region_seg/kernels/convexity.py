@@ -87,7 +87,9 @@ def find_borders(
 
 
 @kernel
-def judge_leaves(tree, blocks, region, reach2, tolerance, p, q, slot, key, figures, count):  # type: ignore[no-untyped-def]
+def judge_leaves(  # type: ignore[no-untyped-def]
+    tree, blocks, region, reach2, tolerance, p, q, slot, key, figures, count
+):
     """Add the pairs of points of two leaves to the `figures` (M, 3) of their borders; return how many these are now.
 
     A border's `key` (M,) holds its regions; `slot` is the table of the keys. Here, and not in the loop over the

@@ -31,7 +31,7 @@ class Reporter:
         self._node = node
         self._statistics = statistics
         self._before = statistics.snapshot()
-        self._silent = False
+        self._advised: str | None = None
         # Not a lifecycle publisher: an inactive node has something to say, too.
         overrides = QoSOverridingOptions.with_default_policies()
         try:
@@ -50,25 +50,27 @@ class Reporter:
         self._before = now
 
         silent = state == "active" and 0 < input_timeout <= now.idle
-        if silent and not self._silent and source is not None:
-            self._node.get_logger().warning(self._advice(source.topic, now.idle))
-        if self._silent and not silent and state == "active":
-            self._node.get_logger().info("clouds are coming in")
-        self._silent = silent
+        if silent and source is not None and (advice := self._advice(source.topic)) != self._advised:
+            # Again where the advice changes, as when a camera has come up on another topic.
+            self._node.get_logger().warning(f"no clouds on {source.topic} for {now.idle:.0f} s{advice}")
+            self._advised = advice
+        if self._advised is not None and not silent:
+            if state == "active":
+                self._node.get_logger().info("clouds are coming in")
+            self._advised = None
 
-    def _advice(self, topic: str, idle: float) -> str:
-        text = f"no clouds on {topic} for {idle:.0f} s"
+    def _advice(self, topic: str) -> str:
         if publishers := self._node.count_publishers(topic):
-            return f"{text}, although it has {publishers} publisher(s): are they publishing, with what QoS?"
+            return f", although it has {publishers} publisher(s): are they publishing, with what QoS?"
         others = sorted(
             name
             for name, types in self._node.get_topic_names_and_types()
             if CLOUD_TYPE in types and self._node.count_publishers(name) and not self._own(name)
         )
         if not others:
-            return f"{text}: nobody publishes sensor_msgs/PointCloud2; is the camera driver running?"
+            return ": nobody publishes sensor_msgs/PointCloud2; is the camera driver running?"
         remaps = " or ".join(f"-r points:={name}" for name in others[:4])
-        return f"{text}: nobody publishes there; remap with --ros-args {remaps}"
+        return f": nobody publishes there; remap with --ros-args {remaps}"
 
     def _own(self, topic: str) -> bool:
         return any(publisher.topic_name == topic for publisher in self._node.publishers)
