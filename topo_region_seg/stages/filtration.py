@@ -31,7 +31,7 @@ POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller
 CROWD = 2  # waiting pairs per point from which on the filtration begins anew; twice what surfaces need
 CROWDED_POSITION = 4.0  # how much more position then weighs in splitting nodes; measured
 SWEEPS = 6  # scales that are joined before pairs are kept again; measured
-MANY = 2  # edges per point found at one scale from which on those that no forest needs are dropped
+MANY = 1  # edges per point found at one scale from which on those that no forest needs are dropped
 WORTH_HELP = 4_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
 REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
 
