@@ -9,7 +9,7 @@ import numpy as np
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray
 from topo_region_seg.kernels.borrow import borrowed
 from topo_region_seg.kernels.compile import index, inlined, kernel
-from topo_region_seg.kernels.leaf_pairs import Criterion
+from topo_region_seg.kernels.leaf_pairs import Criterion, edge_length
 from topo_region_seg.kernels.tree import LEAF, Tree, box_gap
 
 
@@ -89,7 +89,7 @@ def near_edges(
             for k in range(most):
                 q = found[i, k]
                 near[p, k] = q
-                alike[p, k] = q < n and are_alike(channels, limits, p, q)
+                alike[p, k] = q < n and edge_length(channels, limits, p, q) >= 0.0
 
 
 @inlined
@@ -117,16 +117,3 @@ def insert(found_d2, found, i, d2, rank):  # type: ignore[no-untyped-def]
             found[row, index(place + 1)] = found[row, index(place)]
     if place < most:
         found_d2[row, index(place)], found[row, index(place)] = d2, rank
-
-
-@kernel
-def are_alike(channels, limits, p, q):  # type: ignore[no-untyped-def]
-    """Whether the criterion holds for the colors and normals of two points."""
-    color, chord = 0.0, 0.0
-    for c in range(3):
-        color += (channels[q, 3 + c] - channels[p, 3 + c]) ** 2
-        chord += (channels[q, 6 + c] - channels[p, 6 + c]) ** 2
-    # Negated, so that the NaN of a missing normal passes.
-    return limits.color_low <= color <= limits.color_high and not (
-        chord > limits.chord_high or chord < limits.chord_low
-    )
