@@ -87,4 +87,5 @@ def _memory(part: Part, axes: Any) -> None:
     resident = part["data"]["resident"]
     frames = (np.arange(len(resident["megabytes"])) + 1) * resident["every"]
     axes.plot(frames, resident["megabytes"], color=OURS)
-    axes.set(xlabel="frames", ylabel="resident memory (MB)", title="Memory of the pipeline", ylim=(0, None))
+    top = 1.2 * max(resident["megabytes"])
+    axes.set(xlabel="frames", ylabel="resident memory (MB)", title="Memory of the pipeline", ylim=(0, top))
