@@ -74,7 +74,7 @@ def _run(argv: Sequence[str], notes: Sequence[str], ending: Ending) -> int:
     from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
     from rclpy.logging import get_logger
 
-    from topo_region_seg.params import ParameterError
+    from topo_region_seg.parameter_table import ParameterError
     from topo_region_seg.ros.memory import keep_freed_memory
     from topo_region_seg.ros.parameter_files import files_without_effect
     from topo_region_seg.ros.region_segmentation import RegionSegmentation

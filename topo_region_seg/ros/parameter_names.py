@@ -22,6 +22,9 @@ def unknown(names: Iterable[str]) -> list[str]:
         first = name.partition(".")[0]
         if name in KNOWN or first in OF_EVERY_NODE:
             continue
+        if name in Params.RENAMED:
+            lines.append(f"unknown parameter '{name}' ignored{Params.hint(name)}")
+            continue
         near = difflib.get_close_matches(first, [*KNOWN, *OF_EVERY_NODE], n=1)
         lines.append(f"unknown parameter '{name}' ignored" + (f"; did you mean '{near[0]}'?" if near else ""))
     return lines

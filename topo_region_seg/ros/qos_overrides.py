@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyEnum, QoSPolicyKind, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from topo_region_seg.params import ParameterError
+from topo_region_seg.parameter_table import ParameterError
 
 PREFIX = "qos_overrides."
 OF_EVERY_NODE = ("/parameter_events", "/rosout", "/clock")

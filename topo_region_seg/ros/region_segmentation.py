@@ -15,7 +15,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros import parameters
 from topo_region_seg.ros.input import Input

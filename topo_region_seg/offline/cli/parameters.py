@@ -11,7 +11,8 @@ from typing import Any
 
 from topo_region_seg.offline.cli.console import note
 from topo_region_seg.offline.cli.status import ToolError
-from topo_region_seg.params import ParameterError, Params, Row
+from topo_region_seg.parameter_table import ParameterError, Row
+from topo_region_seg.params import Params
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.parameter_files import ParameterFileError, applies_to, read_file
 from topo_region_seg.ros.parameter_names import unknown
