@@ -29,15 +29,15 @@ def as_bytes(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     (N, 3) uint8 ndarray
     """
     if values.dtype == np.uint8:
-        return np.ascontiguousarray(values)
+        return np.ascontiguousarray(values, np.uint8)
     is_float = values.dtype.kind == "f"
-    numbers = np.nan_to_num(values.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
-    largest = float(numbers.max(initial=0.0))
+    numbers = values.astype(np.float64)
+    numbers[~np.isfinite(numbers)] = 0.0
+    largest = float(np.max(numbers, initial=0.0))
     if is_float and largest <= LARGEST_SHARE:
-        numbers = np.rint(255.0 * numbers)
+        numbers *= 255.0
     elif largest > 255.0:
         # The upper byte: right for 8 bits that were shifted to 16 as well as for those that were repeated.
-        numbers = np.floor(numbers / 256.0)
-    else:
-        numbers = np.rint(numbers)
-    return np.clip(numbers, 0.0, 255.0).astype(np.uint8)
+        numbers //= 256.0
+    np.rint(numbers, out=numbers)
+    return np.clip(numbers, 0.0, 255.0, out=numbers).astype(np.uint8)

@@ -98,6 +98,7 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn, needs_color: bool
             raise
         warn("color_unreadable", f"{error.detail}; read without color")
         color = None
+    offsets, channel = color or (None, UINT8)
 
     if points > max_points:
         raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
@@ -109,7 +110,8 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn, needs_color: bool
         point_step,
         row_step,
         tuple((int(coordinates[name].offset), int(coordinates[name].datatype)) for name in COORDINATES),
-        *(color or (None, UINT8)),
+        offsets,
+        channel,
         big_endian,
     )
 

@@ -65,7 +65,7 @@ def read_file(path: Path) -> ParameterFile:
     if content is None:
         return ParameterFile({}, {})
     if not isinstance(content, dict):
-        raise ParameterFileError(f"{path}: has no names and values; write lines such as 'max_radius: 0.02'")
+        raise ParameterFileError(f"{path}: holds no names and values; write lines such as 'max_radius: 0.02'")
     sections: dict[str, dict[str, Any]] = {}
     try:
         _collect(content, "", sections)

@@ -72,7 +72,12 @@ class FrameProcessor:
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
         started = time.monotonic()
-        cloud = decode(frame.msg, max_points=pipeline.params.point_limit, warn=self._log.once)
+        cloud = decode(
+            frame.msg,
+            max_points=pipeline.params.point_limit,
+            warn=self._log.once,
+            needs_color=pipeline.needs_color,
+        )
         decoded = time.monotonic()
         if not frame.msg.header.frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")

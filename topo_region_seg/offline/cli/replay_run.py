@@ -115,7 +115,12 @@ class Replay:
         with self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = given.msg.header.stamp.sec + given.msg.header.stamp.nanosec * 1e-9
-            given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
+            given.cloud = decode(
+                given.msg,
+                max_points=self._pipeline.params.point_limit,
+                warn=self._warn_once,
+                needs_color=self._pipeline.needs_color,
+            )
         given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
 

@@ -73,7 +73,8 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
     pipeline = Pipeline(run.params)
     for index, msg in _messages(run, place, run.record.topic, wanted):
         try:
-            bars = pipeline.run(decode(msg, max_points=limit)).barcode
+            cloud = decode(msg, max_points=limit, needs_color=pipeline.needs_color)
+            bars = pipeline.run(cloud).barcode
         except (CloudFormatError, MissingColorError):
             continue
         found[index] = Bars(bars.death, bars.label, anew=True)
