@@ -17,16 +17,18 @@ from topo_region_seg.ros.transport import SHARED_MEMORY, fast_dds
 CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"
 TYPES_OF_A_SEGMENTATION = {CLOUD_TYPE, "std_msgs/msg/UInt32", "visualization_msgs/msg/MarkerArray"}
 """What a node like this one publishes, whatever its topics are called."""
+UNKNOWN = "_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_"
+"""rclpy's name for a node of which no more is known than a topic."""
 NAMED = 4
 HOST_BYTES = 4
 """Leading bytes of a GUID of Fast DDS that tell vendor and host."""
 
 
-def advice(node: Node, source: Input) -> str:
-    """Return the rest of a sentence that begins with 'no clouds on ... for 5 s'."""
+def advice(node: Node, source: Input, heard: bool) -> str:
+    """Return the rest of a sentence that begins with 'no clouds on ... for 5 s'; `heard`: there were some before."""
     publishers = node.get_publishers_info_by_topic(source.topic)
     if publishers:
-        return _to_be_heard(node, source, publishers)
+        return _to_be_heard(node, source, publishers, heard)
     cameras = _cameras(node)
     if not cameras:
         return ": nobody publishes sensor_msgs/PointCloud2; is the camera driver running?"
@@ -35,19 +37,19 @@ def advice(node: Node, source: Input) -> str:
     return f": nobody publishes there; remap with --ros-args {remaps}{more}"
 
 
-def _to_be_heard(node: Node, source: Input, publishers: list[Any]) -> str:
-    names = ", ".join(sorted({_full_name(info) for info in publishers}))
-    hints = ["is it publishing?"]
+def _to_be_heard(node: Node, source: Input, publishers: list[Any], heard: bool) -> str:
+    names = sorted({_full_name(info) for info in publishers} - {UNKNOWN})
+    text = f", although {', '.join(names) or 'a node'} publishes there: does it publish now?"
     durabilities = {info.qos_profile.durability for info in publishers}
     if DurabilityPolicy.TRANSIENT_LOCAL in durabilities and not source.hears_the_past:
         name = source.quality.override(QoSPolicyKind.DURABILITY)
-        hints.append(f"If it has published before the node was there: -p {name}:=transient_local")
-    if fast_dds() and _on_this_host(node, source.topic, publishers):
-        hints.append(
-            f"If it runs in another container: share {SHARED_MEMORY} (--ipc=host), or set "
-            "FASTDDS_BUILTIN_TRANSPORTS=UDPv4 for both, as shared memory is not shared"
+        text += f" If it did before the node was there, its durability asks for -p {name}:=transient_local."
+    if not heard and fast_dds() and _on_this_host(node, source.topic, publishers):
+        text += (
+            f" If it runs in another container, both must share the shared memory {SHARED_MEMORY} (--ipc=host), or set "
+            "FASTDDS_BUILTIN_TRANSPORTS=UDPv4."
         )
-    return f", although {names} is a publisher: {'. '.join(hints)}"
+    return text
 
 
 def _cameras(node: Node) -> list[str]:

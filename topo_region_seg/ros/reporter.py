@@ -50,13 +50,16 @@ class Reporter:
         `failure` says why the last transition failed, None if it did not; `source` is the input of an active node.
         """
         now = self._statistics.snapshot()
+        heard = now.received > 0
+        if source is not None and source.hears_the_past and heard:
+            input_timeout = 0.0  # a publisher that latches owes no second cloud
         stamp = self._node.get_clock().now().to_msg()
         name = self._node.get_fully_qualified_name()
         self._publisher.publish(diagnostics(stamp, name, state, failure, now, self._before, input_timeout))
         self._before = now
 
         silent = state == "active" and 0 < input_timeout <= now.idle
-        if silent and source is not None and (text := advice(self._node, source)) != self._advised:
+        if silent and source is not None and (text := advice(self._node, source, heard)) != self._advised:
             # Again where the advice changes, as when a camera has come up on another topic.
             self._node.get_logger().warning(f"no clouds on {source.topic} for {now.idle:.0f} s{text}")
             self._advised = text
