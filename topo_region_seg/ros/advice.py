@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
@@ -53,22 +54,30 @@ def _to_be_heard(node: Node, source: Input, publishers: list[Any], heard: bool) 
 
 
 def _cameras(node: Node) -> list[str]:
-    """Return the topics of clouds that are not made by a node of this kind."""
+    """Return the topics of clouds that are not all made by nodes of this kind, by their names on the graph.
+
+    rclpy remaps the topic that it is asked the publishers of, so the nodes are asked for their topics instead.
+    """
+    made_here = _topics_of_segmentations(node)
     return sorted(
         topic
         for topic, types in node.get_topic_names_and_types()
         if CLOUD_TYPE in types
         and topic.rpartition("/")[2] not in CLOUDS
-        and any(not _segments(node, info) for info in node.get_publishers_info_by_topic(topic))
+        and node.count_publishers(topic) > made_here[topic]
     )
 
 
-def _segments(node: Node, info: Any) -> bool:
-    try:
-        published = node.get_publisher_names_and_types_by_node(info.node_name, info.node_namespace)
-    except Exception:  # rclpy's for a node that has just gone
-        return True
-    return {kind for _, types in published for kind in types} >= TYPES_OF_A_SEGMENTATION
+def _topics_of_segmentations(node: Node) -> Counter[str]:
+    topics: Counter[str] = Counter()
+    for name, namespace in node.get_node_names_and_namespaces():
+        try:
+            published = node.get_publisher_names_and_types_by_node(name, namespace)
+        except Exception:
+            continue  # rclpy's for a node that has just gone
+        if {kind for _, types in published for kind in types} >= TYPES_OF_A_SEGMENTATION:
+            topics.update(topic for topic, _ in published)
+    return topics
 
 
 def _on_this_host(node: Node, topic: str, publishers: Iterable[Any]) -> bool:
