@@ -70,7 +70,6 @@ def test_a_publisher_that_says_nothing_is_named_with_its_node_and_shared_memory(
     assert "--ipc=host" in advice(node) and "/dev/shm" in advice(node), "same host, Fast DDS, nothing heard yet"
     node.wait_for_log("active: waiting")
     until(client.points.get_subscription_count, "the subscription")
-    client.ask_of = client.points  # type: ignore[attr-defined]
     client.points.publish(cloud_message(*clouds.scene(), height=48))
     node.wait_for_log("clouds are coming in")
     until(lambda: node.log.count("no clouds on") >= 2, "silence again")
@@ -90,13 +89,13 @@ def test_what_was_latched_before_the_start_is_answered_and_its_silence_is_no_err
     # A live camera on the same topic is heard as well.
     live = client.node.create_publisher(PointCloud2, "/map/cloud", 1)
     until(live.get_subscription_count, "the subscription to become volatile")
-    before = client.figures()["clouds processed"]
-    until(
-        lambda: (
-            live.publish(cloud_message(*clouds.scene(), height=48)) or client.figures()["clouds processed"] > before
-        ),
-        "an answer",
-    )
+    before = int(client.figures()["clouds processed"])
+
+    def answered() -> bool:
+        live.publish(cloud_message(*clouds.scene(), height=48))
+        return int(client.figures()["clouds processed"]) > before
+
+    until(answered, "an answer to the camera")
     client.node.destroy_publisher(live)
     client.node.destroy_publisher(latched)
 
@@ -127,5 +126,6 @@ def test_shared_memory_that_is_not_shared_is_named_by_both(ros_domain: int, star
     )
     assert done.returncode == 1
     assert "--ipc=host" in done.stderr and "/dev/shm" in done.stderr
-    assert "--ipc=host" in advice(node) and "/dev/shm" in advice(node)
+    heard = [line for line in node.log.splitlines() if "publishes there" in line]
+    assert heard and all("--ipc=host" in line and "/dev/shm" in line for line in heard), "until the player went"
     assert "first cloud" not in node.log
