@@ -59,7 +59,7 @@ def test_other_parameters_break_limits_and_are_named(runs, capsys, tmp_path):
     said = capsys.readouterr()
     assert "parameter angle_threshold: 5.0 -> 9.0" in said.out
     for limit in ("--max-region-change 0", "--min-wov 1", "--min-ari 1", "--max-changed 0"):
-        assert f"beyond the limit: {limit}: it is " in said.err
+        assert f"limit exceeded: {limit}: it is " in said.err
     content = json.loads((tmp_path / "c.json").read_text())
     assert len(content["beyond_limits"]) >= 4 and len(content["frames"]) == 6
     with Image.open(tmp_path / "c.png") as picture:

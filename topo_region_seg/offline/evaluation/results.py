@@ -11,26 +11,14 @@ from statistics import median
 from typing import Any
 
 from topo_region_seg.offline.evaluation.measures import MEASURES, Measures
+from topo_region_seg.offline.frames import FrameResult, Rejection
 
 
 @dataclass(frozen=True)
-class FrameResult:
-    """One measured cloud; `stamp` in seconds, `ms` per stage with `total`."""
+class MeasuredFrame(FrameResult):
+    """One cloud measured against its truth."""
 
-    stamp: float
-    points: int
-    regions: int
     measures: Measures
-    ms: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Rejected:
-    """One cloud or truth that could not be used; `stamp` in seconds (the log time where the message has none)."""
-
-    stamp: float
-    reason: str
-    detail: str
 
 
 @dataclass
@@ -43,11 +31,13 @@ class BagResult:
         Its name.
     topic, truth : str
         The topic of the clouds; where their truth is.
-    frames : list of FrameResult
+    frames : list of MeasuredFrame
         The measured clouds, as recorded.
     without_truth : int
         Clouds for which there is no truth.
-    rejected : list of Rejected
+    repeated : int
+        Clouds that were paired with their truth by order, as other clouds have the same stamp.
+    rejected : list of Rejection
         Clouds and truths that cannot be used.
     problems : list of str
         A line for each damaged part that was left out.
@@ -60,9 +50,10 @@ class BagResult:
     bag: str
     topic: str = ""
     truth: str = ""
-    frames: list[FrameResult] = field(default_factory=list)
+    frames: list[MeasuredFrame] = field(default_factory=list)
     without_truth: int = 0
-    rejected: list[Rejected] = field(default_factory=list)
+    repeated: int = 0
+    rejected: list[Rejection] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     truncated: bool = False
     error: str = ""
@@ -79,8 +70,8 @@ class BagResult:
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> BagResult:
         """Return what `as_dict` gave; KeyError or TypeError if it was something else."""
-        frames = [FrameResult(**frame) for frame in values["frames"]]
-        rejected = [Rejected(**rejection) for rejection in values["rejected"]]
+        frames = [MeasuredFrame(**frame) for frame in values["frames"]]
+        rejected = [Rejection(**rejection) for rejection in values["rejected"]]
         return cls(**{**values, "frames": frames, "rejected": rejected})
 
 
@@ -90,6 +81,7 @@ def merged(parts: Sequence[BagResult]) -> BagResult:
     for part in parts:
         whole.frames += part.frames
         whole.without_truth += part.without_truth
+        whole.repeated += part.repeated
         whole.rejected += part.rejected
         # Every part opens the recording, and finds the same damage.
         whole.problems += [problem for problem in part.problems if problem not in whole.problems]
@@ -103,7 +95,7 @@ def merged(parts: Sequence[BagResult]) -> BagResult:
     return whole
 
 
-def mean_measures(frames: Iterable[FrameResult]) -> Measures:
+def mean_measures(frames: Iterable[MeasuredFrame]) -> Measures:
     """Return the mean of each measure over the frames that define it; None where none does."""
     every = list(frames)
     means: Measures = {}
@@ -113,7 +105,7 @@ def mean_measures(frames: Iterable[FrameResult]) -> Measures:
     return means
 
 
-def median_ms(frames: Iterable[FrameResult]) -> float | None:
+def median_ms(frames: Iterable[MeasuredFrame]) -> float | None:
     """Return the median time of a frame, milliseconds, as a pause of the machine says nothing; None without frames."""
     times = [frame.ms["total"] for frame in frames]
     return median(times) if times else None

@@ -19,12 +19,14 @@ from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.evaluation.measures import measure
-from topo_region_seg.offline.evaluation.results import BagResult, FrameResult, Rejected
+from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
 from topo_region_seg.offline.evaluation.source import Source, Task
-from topo_region_seg.offline.evaluation.truth import Truth, find_truth, seconds, stamp_of
+from topo_region_seg.offline.evaluation.truth import TruthInOrder, find_truth
 from topo_region_seg.offline.evaluation.version import program_version
+from topo_region_seg.offline.frames import Rejection, rounded
+from topo_region_seg.offline.stamps import seconds, stamp_of
 from topo_region_seg.params import Params
-from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
+from topo_region_seg.pipeline import Pipeline, warm_up
 
 LABELED_POINTS = "/labeled_points"
 """Where the node and the replay put their labels."""
@@ -77,7 +79,7 @@ def evaluate(
     try:
         with open_bag(task.source.path) as reader:
             _evaluate(task, reader, result, step, stopped)
-            result.problems += reader.problems
+            result.problems += [problem for problem in dict.fromkeys(reader.problems) if problem not in result.problems]
             result.truncated = reader.truncated
     except BagError as error:
         result.error = str(error)
@@ -94,18 +96,25 @@ def _evaluate(
     if source.truth_bag is not None:
         result.problems += truth.problems
     if task.first == 0:
-        result.rejected += [Rejected(seconds(stamp), reason, text) for stamp, reason, text in truth.rejected]
+        result.rejected += truth.rejected
     if not source.recorded:
         load_kernels()
     pipeline = Pipeline(task.params)
-    for record in islice(reader.messages([topic.name]), task.first, task.end):
+    ordered = TruthInOrder(truth, reader, topic)
+    records = reader.messages([topic.name])
+    for record in islice(records, task.first):
+        ordered.skip(record)
+    for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
-            return
-        _measure(record, topic, truth, pipeline, source.recorded, result)
+            break
+        _measure(record, topic, ordered, pipeline, source.recorded, result)
         step()
+    result.repeated = ordered.repeated
 
 
-def _measure(record: Record, topic: Topic, truth: Truth, pipeline: Pipeline, recorded: bool, result: BagResult) -> None:
+def _measure(
+    record: Record, topic: Topic, truth: TruthInOrder, pipeline: Pipeline, recorded: bool, result: BagResult
+) -> None:
     stamp = record.log_time
     try:
         started = time.perf_counter()
@@ -125,18 +134,12 @@ def _measure(record: Record, topic: Topic, truth: Truth, pipeline: Pipeline, rec
         done = time.perf_counter()
         valid = np.isfinite(cloud.xyz).all(axis=1)
         measures = measure(true_labels, labels, valid, cloud.height, cloud.width)
-    except CloudFormatError as error:
-        result.rejected.append(Rejected(seconds(stamp), error.reason, error.detail))
-    except MissingColorError as error:
-        result.rejected.append(Rejected(seconds(stamp), "missing_color", str(error)))
     except Exception as error:  # one bad frame never ends an evaluation
-        text = " ".join(f"{type(error).__name__}: {error}".split())
-        result.rejected.append(Rejected(seconds(stamp), "internal_error", text))
+        result.rejected.append(Rejection.of(seconds(stamp), error))
     else:
         ms = {"decode": 1e3 * (decoded - started), **stages, "total": 1e3 * (done - started)}
         regions = len(np.unique(labels[labels > 0]))
-        rounded = {stage: round(value, 3) for stage, value in ms.items()}
-        result.frames.append(FrameResult(seconds(stamp), len(cloud), regions, measures, rounded))
+        result.frames.append(MeasuredFrame(seconds(stamp), len(cloud), regions, rounded(ms), measures))
 
 
 def _segmented(cloud: Cloud, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float]]:

@@ -13,6 +13,7 @@ from topo_region_seg.offline.evaluation.finding import content_id
 from topo_region_seg.offline.evaluation.jobs import Done, Job, Plan, Runner, Step, Stopped
 from topo_region_seg.offline.evaluation.results import BagResult
 from topo_region_seg.offline.evaluation.version import program_version
+from topo_region_seg.offline.frames import INTERNAL_ERROR
 
 
 class Sweep:
@@ -97,4 +98,4 @@ def _key(job: Job, contents: dict[str, str]) -> Key | None:
 def _lasts(done: Done) -> bool:
     """Whether another run would find the same: what went wrong by chance is tried again."""
     result = done.result
-    return not result.error and all(rejection.reason != "internal_error" for rejection in result.rejected)
+    return not result.error and all(rejection.reason != INTERNAL_ERROR for rejection in result.rejected)

@@ -21,6 +21,8 @@ _CODE = (
     "pipeline.py",
     "cloud",
     "offline/bags",
+    "offline/frames.py",
+    "offline/stamps.py",
     "offline/evaluation",
 )
 

@@ -12,16 +12,15 @@ import numpy as np
 
 from topo_region_seg.data import IntArray, LabelArray
 from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, Measures
-from topo_region_seg.offline.evaluation.truth import RecordedTruth
 from topo_region_seg.offline.figures.projection import picture_of
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.frames import FrameResult
 from topo_region_seg.offline.report.bars import summarized
 from topo_region_seg.offline.report.pictures import data_uri, outlined, paint, small_view
 from topo_region_seg.offline.report.points import BYTES_A_POINT, packed_points
 from topo_region_seg.offline.runs.barcodes import Bars
-from topo_region_seg.offline.runs.record import FrameRecord
 from topo_region_seg.offline.runs.run import Run, RunFrame
-from topo_region_seg.offline.runs.truth import quality
+from topo_region_seg.offline.runs.truth import RunTruth, quality
 
 PICTURE_BYTES = 5_500_000
 """Of all pictures together, as they stand in the page."""
@@ -39,7 +38,7 @@ class FrameContent:
     """What the page shows of one frame; `pictures` are pairs of a caption and a data URI."""
 
     index: int
-    record: FrameRecord
+    record: FrameResult
     frame_id: str = ""
     quality: Measures | None = None
     pictures: list[tuple[str, str]] = field(default_factory=list)
@@ -59,7 +58,7 @@ def evenly(count: int, most: int) -> list[int]:
 
 def gather(
     run: Run,
-    truth: RecordedTruth | None,
+    truth: RunTruth | None,
     chosen: Collection[int],
     barcodes: Mapping[int, Bars],
     step: Callable[[str], None] = lambda text: None,
@@ -70,7 +69,7 @@ def gather(
     ----------
     run : Run
         The run.
-    truth : RecordedTruth or None
+    truth : RunTruth or None
         True labels of its clouds.
     chosen : collection of int
         Indices of the frames that are shown in 3D.
@@ -85,7 +84,7 @@ def gather(
     most_points = points_a_frame(len(chosen))
     for given in run.frames():
         content = frames[given.index]
-        true_labels = truth.of(given.msg) if truth else None
+        true_labels = truth.of(given) if truth else None
         content.quality = quality(given, true_labels)
         content.frame_id = str(given.msg.header.frame_id)
         if given.index in pictured:

@@ -4,8 +4,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,9 +12,10 @@ import numpy.typing as npt
 
 from topo_region_seg.data import BoolArray, IntArray, LabelArray
 from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, Measures, measure
-from topo_region_seg.offline.evaluation.truth import RecordedTruth
+from topo_region_seg.offline.runs.pairing import StampCounts
 from topo_region_seg.offline.runs.run import Run, RunFrame
-from topo_region_seg.offline.runs.truth import quality
+from topo_region_seg.offline.runs.truth import RunTruth, quality
+from topo_region_seg.offline.stamps import ordinals
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,22 @@ class FrameChange:
 
 @dataclass
 class Comparison:
-    """All frames of two runs; `only_a` and `only_b` are the stamps, in seconds, of frames without a counterpart."""
+    """All frames of two runs.
+
+    Parameters
+    ----------
+    frames : list of FrameChange
+        Those of both runs.
+    only_a, only_b : list of float
+        Stamps (s) of frames without a counterpart.
+    unpaired : list of float
+        Those of them that repeat: which frame of A belongs to which of B is not known.
+    """
 
     frames: list[FrameChange] = field(default_factory=list)
     only_a: list[float] = field(default_factory=list)
     only_b: list[float] = field(default_factory=list)
+    unpaired: list[float] = field(default_factory=list)
 
     def most_changed(self, count: int) -> list[FrameChange]:
         """Return the frames that changed most: by the points that changed, then by the number of regions."""
@@ -75,21 +86,22 @@ class Comparison:
 
 
 def compare(
-    a: Run, b: Run, truth: RecordedTruth | None = None, step: Callable[[str], None] = lambda text: None
+    a: Run, b: Run, truth: RunTruth | None = None, step: Callable[[str], None] = lambda text: None
 ) -> Comparison:
-    """Compare two runs; frames are matched by stamp, and those of equal stamps in order.
+    """Compare two runs, frame by frame as :func:`matched` pairs them.
 
     Parameters
     ----------
     a, b : Run
         The runs.
-    truth : RecordedTruth, optional
-        True labels of their clouds.
+    truth : RunTruth, optional
+        True labels of the frames of A.
     step : callable
         Called after each pair.
     """
     result = Comparison()
-    partners = {of_b: of_a for of_a, of_b in matched(a, b)}
+    pairs, result.unpaired = matched(a, b)
+    partners = {of_b: of_a for of_a, of_b in pairs}
     waiting: dict[int, RunFrame] = {}
     frames_a = a.frames(set(partners.values()))
     for frame in b.frames(partners):
@@ -107,18 +119,30 @@ def compare(
     return result
 
 
-def matched(a: Run, b: Run) -> Iterator[tuple[int, int]]:
-    """Iterate over the indices in A and B of frames of the same stamp; the second of a stamp goes with the second."""
-    places: dict[tuple[float, int], int] = {}
-    for run, found in ((b, None), (a, places)):
-        seen: Counter[float] = Counter()
-        for index, frame in enumerate(run.record.frames):
-            key = frame.stamp, seen[frame.stamp]
-            seen[frame.stamp] += 1
-            if found is None:
-                places[key] = index
-            elif key in found:
-                yield index, found[key]
+def matched(a: Run, b: Run) -> tuple[list[tuple[int, int]], list[float]]:
+    """Pair the frames of equal stamps; where a stamp repeats, the first with the first, the second with the second.
+
+    Returns
+    -------
+    pairs : list of (int, int)
+        Indices in A and B.
+    unpaired : list of float
+        Repeated stamps (s) of which one of the runs has more clouds than the other or has rejected some, so that the
+        order does not say which frames belong together.
+    """
+    of_a, of_b = (ordinals(frame.stamp for frame in run.record.frames) for run in (a, b))
+    counts_a, counts_b = StampCounts(a.record), StampCounts(b.record)
+
+    def known(stamp: float) -> bool:
+        clouds = counts_a.clouds(stamp), counts_b.clouds(stamp)
+        return max(clouds) == 1 or (clouds[0] == clouds[1] and counts_a.ordered(stamp) and counts_b.ordered(stamp))
+
+    places = {key: index for index, key in enumerate(of_b)}
+    common = sorted({stamp for stamp, _ in of_a} & {stamp for stamp, _ in of_b})
+    unpaired = [stamp for stamp in common if not known(stamp)]
+    left_out = set(unpaired)
+    pairs = [(index, places[key]) for index, key in enumerate(of_a) if key in places and key[0] not in left_out]
+    return pairs, unpaired
 
 
 def changed_points(a: LabelArray, b: LabelArray) -> BoolArray:
@@ -143,11 +167,11 @@ def _largest(group: npt.NDArray[np.uint64], count: IntArray) -> BoolArray:
     return largest
 
 
-def _change(a: RunFrame, b: RunFrame, truth: RecordedTruth | None) -> FrameChange:
+def _change(a: RunFrame, b: RunFrame, truth: RunTruth | None) -> FrameChange:
     wov = ari = changed = None
     if len(a.labels) == len(b.labels):
         wov, ari, changed = _agreement(a.labels, b.labels, a.valid)
-    true_labels = truth.of(a.msg) if truth else None
+    true_labels = truth.of(a) if truth else None
     stages = dict.fromkeys([*a.record.ms, *b.record.ms])
     return FrameChange(
         stamp=a.record.stamp,

@@ -13,6 +13,7 @@ from datetime import datetime, timezone
 from typing import Any
 
 import topo_region_seg
+from topo_region_seg.offline.frames import FrameResult, Rejection
 
 RECORD_NAME = "topo_region_seg/run"
 """Name of the MCAP attachment."""
@@ -20,25 +21,6 @@ MEDIA_TYPE = "application/json"
 FORMAT = 1
 """Raised when an older program could no longer read what is written."""
 _PACKAGES = ("numpy", "scipy", "numba")
-
-
-@dataclass(frozen=True)
-class FrameRecord:
-    """One segmented cloud: `stamp` in seconds, milliseconds per stage with `total`."""
-
-    stamp: float
-    points: int
-    regions: int
-    ms: dict[str, float]
-
-
-@dataclass(frozen=True)
-class RejectedRecord:
-    """One cloud that could not be segmented: `stamp` in seconds, the code of the reason, and the reason in words."""
-
-    stamp: float
-    reason: str
-    detail: str
 
 
 @dataclass(frozen=True)
@@ -65,8 +47,8 @@ class RunRecord:
 
     source: str
     topic: str
-    frames: list[FrameRecord]
-    rejected: list[RejectedRecord]
+    frames: list[FrameResult]
+    rejected: list[Rejection]
     truncated: bool
     interrupted: bool
     problems: list[str]
@@ -115,14 +97,9 @@ def versions() -> dict[str, str]:
     return found | {name: importlib.metadata.version(name) for name in _PACKAGES}
 
 
-def rounded(ms: Mapping[str, float]) -> dict[str, float]:
-    """Return milliseconds to the microsecond, which is what a clock in Python is good for."""
-    return {stage: round(value, 3) for stage, value in ms.items()}
-
-
-def _frame(entry: Any) -> FrameRecord:
+def _frame(entry: Any) -> FrameResult:
     given = _typed(entry, dict, "frames")
-    return FrameRecord(
+    return FrameResult(
         stamp=_number(given, "stamp"),
         points=_typed(given.get("points"), int, "points"),
         regions=_typed(given.get("regions"), int, "regions"),
@@ -130,10 +107,10 @@ def _frame(entry: Any) -> FrameRecord:
     )
 
 
-def _rejected(entry: Any) -> RejectedRecord:
+def _rejected(entry: Any) -> Rejection:
     given = _typed(entry, dict, "rejected")
     texts = (_typed(given.get(name), str, name) for name in ("reason", "detail"))
-    return RejectedRecord(_number(given, "stamp"), *texts)
+    return Rejection(_number(given, "stamp"), *texts)
 
 
 def _number(given: Mapping[str, Any], name: str) -> float:

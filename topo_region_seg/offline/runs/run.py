@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,9 @@ from topo_region_seg.offline.bags.attachments import read_attachment
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError
 from topo_region_seg.offline.evaluation.labels import labels_of
-from topo_region_seg.offline.runs.record import RECORD_NAME, FrameRecord, RunRecord
+from topo_region_seg.offline.frames import FrameResult
+from topo_region_seg.offline.runs.record import RECORD_NAME, RunRecord
+from topo_region_seg.offline.stamps import StampQueue, seconds, stamp_of
 from topo_region_seg.params import ParameterError, Params
 
 LABELED_POINTS = "/labeled_points"
@@ -33,7 +34,7 @@ class RunFrame:
     ----------
     index : int
         Its place in the run, from 0.
-    record : FrameRecord
+    record : FrameResult
         What the record says of it.
     msg : sensor_msgs/PointCloud2
         As recorded.
@@ -44,7 +45,7 @@ class RunFrame:
     """
 
     index: int
-    record: FrameRecord
+    record: FrameResult
     msg: Any
     cloud: Cloud
     labels: LabelArray
@@ -82,9 +83,7 @@ class Run:
 
         Clouds that cannot be read, and clouds without a record, go to `problems`.
         """
-        places: dict[float, deque[int]] = defaultdict(deque)
-        for index, frame in enumerate(self.record.frames):
-            places[frame.stamp].append(index)
+        places = StampQueue(frame.stamp for frame in self.record.frames)
         with open_bag(self.path) as reader:
             if not reader.count(LABELED_POINTS):
                 return
@@ -92,20 +91,24 @@ class Run:
             for message in reader.messages([LABELED_POINTS]):
                 try:
                     msg = decode_message(message, topic)
-                    stamp = msg.header.stamp.sec + msg.header.stamp.nanosec * 1e-9
-                    if not places[stamp]:
-                        self.problems.append(f"{self.path}: the cloud of {stamp:.9f} s is not in the record")
+                    stamp = seconds(stamp_of(msg))
+                    index = places.take(stamp)
+                    if index is None:
+                        self._note(f"{self.path}: the cloud of {stamp:.9f} s is not in the record")
                         continue
-                    index = places[stamp].popleft()
                     if wanted is not None and index not in wanted:
                         continue
                     cloud = decode(msg, max_points=self.params.point_limit)
                     labels = labels_of(msg, max_points=self.params.point_limit)
                 except CloudFormatError as error:
-                    self.problems.append(f"{self.path}: {error}")
+                    self._note(f"{self.path}: {error}")
                     continue
                 yield RunFrame(index, self.record.frames[index], msg, cloud, labels)
-            self.problems += reader.problems
+            self._note(*reader.problems)
+
+    def _note(self, *problems: str) -> None:
+        """Add problems, each once however often the frames are read."""
+        self.problems += [problem for problem in dict.fromkeys(problems) if problem not in self.problems]
 
 
 def open_run(path: str | Path) -> Run:
