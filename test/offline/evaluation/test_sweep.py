@@ -146,7 +146,7 @@ def test_the_version_of_the_program_tells_its_code(monkeypatch, tmp_path) -> Non
         (["--set", "max_radus=1"], "did you mean max_radius?"),
         (["--set", "max_radius="], "no value"),
         (["--set", "max_radius"], "no '='"),
-        (["--plot", "a.txt"], "has to end in .png"),
+        (["--plot", "a.txt"], "must end in .png"),
         (["--json", "missing/a.json"], "missing or not writable"),
     ],
 )
