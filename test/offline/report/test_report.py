@@ -161,16 +161,16 @@ def test_tables_keep_cells_apart():
     assert "<td>" in page.words
 
 
-def test_recorded_barcodes_are_those_computed_anew(tmp_path):
+def test_recorded_barcodes_are_those_computed(tmp_path):
     for name, options in (("plain", []), ("all", ["--all"])):
         main(["replay", str(SIM), "-o", str(tmp_path / f"{name}.mcap"), *options])
-    anew = barcodes_of(open_run(tmp_path / "plain.mcap"), {1, 3})
+    computed = barcodes_of(open_run(tmp_path / "plain.mcap"), {1, 3})
     recorded = barcodes_of(open_run(tmp_path / "all.mcap"), {1, 3})
-    assert sorted(anew) == sorted(recorded) == [1, 3]
+    assert sorted(computed) == sorted(recorded) == [1, 3]
     for index in (1, 3):
-        assert anew[index].anew and not recorded[index].anew
-        np.testing.assert_allclose(anew[index].death, recorded[index].death, rtol=1e-6)
-        np.testing.assert_array_equal(anew[index].label, recorded[index].label)
+        assert computed[index].computed and not recorded[index].computed
+        np.testing.assert_allclose(computed[index].death, recorded[index].death, rtol=1e-6)
+        np.testing.assert_array_equal(computed[index].label, recorded[index].label)
 
 
 def test_a_barcode_summed_up_loses_no_bar():
