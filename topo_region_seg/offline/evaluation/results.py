@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an evaluation found: per frame, per recording, and over all frames."""
+"""The results of an evaluation: per frame, per recording, and over all frames."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class MeasuredFrame(FrameResult):
 
 @dataclass
 class BagResult:
-    """What was found in one recording, or in some of its clouds.
+    """The results of one recording, or of some of its clouds.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class BagResult:
     topic, truth : str
         The topic of the clouds; where their truth is.
     frames : list of MeasuredFrame
-        The measured clouds, as recorded.
+        The measured clouds, in recorded order.
     without_truth : int
         Clouds for which there is no truth.
     repeated : int
@@ -60,16 +60,16 @@ class BagResult:
 
     @property
     def failed(self) -> bool:
-        """Whether something in it could not be measured, other than for want of truth."""
+        """Whether anything could not be measured for another reason than missing truth."""
         return bool(self.error or self.rejected or self.problems)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all of it, for JSON."""
+        """Return all fields, for JSON."""
         return dataclasses.asdict(self)
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> BagResult:
-        """Return what `as_dict` gave; KeyError or TypeError if it was something else."""
+        """Return the inverse of `as_dict`; raises KeyError or TypeError for anything else."""
         frames = [MeasuredFrame(**frame) for frame in values["frames"]]
         rejected = [Rejection(**rejection) for rejection in values["rejected"]]
         return cls(**{**values, "frames": frames, "rejected": rejected})
@@ -83,14 +83,14 @@ def merged(parts: Sequence[BagResult]) -> BagResult:
         whole.without_truth += part.without_truth
         whole.repeated += part.repeated
         whole.rejected += part.rejected
-        # Every part opens the recording, and finds the same damage.
+        # Every part reads the recording and finds the same damage.
         whole.problems += [problem for problem in part.problems if problem not in whole.problems]
         whole.truncated |= part.truncated
         whole.error = whole.error or part.error
     if whole.without_truth and not whole.frames and not whole.failed:
         whole.error = (
             f"{whole.bag}: none of its {whole.without_truth} clouds has truth in {whole.truth}; "
-            "--truth-topic or --truth-bag says where it is"
+            "say where it is with --truth-topic or --truth-bag"
         )
     return whole
 
@@ -106,6 +106,6 @@ def mean_measures(frames: Iterable[MeasuredFrame]) -> Measures:
 
 
 def median_ms(frames: Iterable[MeasuredFrame]) -> float | None:
-    """Return the median time of a frame, milliseconds, as a pause of the machine says nothing; None without frames."""
+    """Return the median time per frame, milliseconds; None without frames."""
     times = [frame.ms["total"] for frame in frames]
     return median(times) if times else None

@@ -29,15 +29,15 @@ from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
 
 LABELED_POINTS = "/labeled_points"
-"""Where the node and the replay put their labels."""
+"""The topic of labels that the node and ``replay`` write."""
 
 FRAMES_A_TASK = 50
 MOST_TASKS = 8
-"""Tasks of one recording: each of them reads past the clouds of those before it."""
+"""Tasks of one recording; each of them has to read past the clouds of the tasks before it."""
 
 
 def tasks_of(source: Source, params: Params) -> list[Task]:
-    """Return the tasks that make up the evaluation of a recording; they do not depend on who does them.
+    """Return the tasks that make up the evaluation of a recording, wherever they will run.
 
     Raises
     ------
@@ -58,22 +58,22 @@ def tasks_of(source: Source, params: Params) -> list[Task]:
 def evaluate(
     task: Task, step: Callable[[], None] = lambda: None, stopped: Callable[[], bool] = lambda: False
 ) -> BagResult:
-    """Measure the clouds of a task; what cannot be measured is noted in the result.
+    """Measure the clouds of a task; the result also says what could not be measured.
 
     Parameters
     ----------
     task : Task
-        What to do.
+        The clouds and parameters.
     step : callable
         Called after each cloud.
     stopped : callable
-        Asked before each cloud; once it says true, the result is that of the clouds until then.
+        Called before each cloud; once it returns true, the result is that of the clouds so far.
     """
     result = BagResult(task.source.bag)
     if task.version != program_version():
         result.error = (
             f"{task.source.bag}: the worker has topo_region_seg {program_version()}, not {task.version}; "
-            "install the same on all machines"
+            "install the same version on all machines"
         )
         return result
     try:
@@ -92,7 +92,7 @@ def _evaluate(
     source, limit = task.source, task.params.point_limit
     topic = _topic(reader, source)
     truth = find_truth(reader, source, limit)
-    result.topic, result.truth = topic.name, truth.topic  # empty where there is nothing to measure
+    result.topic, result.truth = topic.name, truth.topic  # both stay empty where there is nothing to measure
     if source.truth_bag is not None:
         result.problems += truth.problems
     if task.first == 0:
@@ -152,7 +152,7 @@ def _recorded(msg: Any, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float
 
 
 def _topic(reader: BagReader, source: Source) -> Topic:
-    """Return the topic of the clouds; for recorded labels that of the node, if it is there."""
+    """Return the topic of the clouds; for recorded labels, that of the node if there is one."""
     topic = source.topic
     if topic is None and source.recorded and reader.count(LABELED_POINTS):
         topic = LABELED_POINTS
@@ -161,5 +161,5 @@ def _topic(reader: BagReader, source: Source) -> Topic:
 
 @lru_cache(maxsize=1)
 def load_kernels() -> None:
-    """Load the kernels, once in a process and before anything is timed; the first time on a machine compiles them."""
+    """Load the kernels, once per process and before anything is timed; the first run on a machine compiles them."""
     warm_up()

@@ -95,7 +95,7 @@ class RecordedTruth:
 
 
 class CarriedTruth:
-    """The true labels that the clouds carry themselves, in their field `label`."""
+    """The true labels in the field `label` of the clouds themselves."""
 
     topic = "the field 'label' of the clouds"
 
@@ -169,12 +169,12 @@ class TruthInOrder:
 
 
 def find_truth(reader: BagReader, source: Source, max_points: int) -> Truth:
-    """Return the truth of a recording: of the topic asked for, else of the usual one, else what the clouds carry.
+    """Return the truth of a recording: on the topic asked for, else on the usual one, else in the clouds themselves.
 
     Raises
     ------
     BagError
-        The topic asked for is not there, or there is no truth but the labels that are to be measured.
+        The topic asked for is not there, or the only labels are those that are to be measured.
     """
     if source.truth_bag is None:
         return _in(reader, source, max_points)
@@ -194,6 +194,6 @@ def _in(reader: BagReader, source: Source, max_points: int) -> Truth:
 
 
 def no_truth(reader: BagReader, wanted: str, clouds: list[Topic]) -> BagError:
-    """Return the error of a recording without the truth asked for; it lists the topics of clouds that there are."""
+    """Return the error of a recording without the truth asked for; it lists the available topics of clouds."""
     names = ", ".join(topic.name for topic in clouds) or "none"
     return BagError(f"{reader.path}: has no truth on {wanted}; give --truth-topic (its topics of clouds: {names})")

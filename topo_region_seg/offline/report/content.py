@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What goes into the page, gathered from a run in one pass, within the page's size."""
+"""The content of the page, gathered from a run in one pass and limited in size."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from topo_region_seg.offline.runs.run import Run, RunFrame
 from topo_region_seg.offline.runs.truth import RunTruth, quality
 
 PICTURE_BYTES = 5_500_000
-"""Of all pictures together, as they stand in the page."""
+"""Of all pictures together, as encoded in the page."""
 POINT_BYTES = 3_000_000
 """Of all points of the 3D view together."""
 MOST_PICTURED = 200
 MOST_POINTS = 30_000
 LARGEST_PICTURE = 60_000
 _SIDES = (480, 400, 320, 240)
-_LEGIBLE = 9_000  # bytes that a picture of the longest side needs to look well
+_LEGIBLE = 9_000  # bytes that a picture of the largest size needs for good quality
 
 
 @dataclass
 class FrameContent:
-    """What the page shows of one frame; `pictures` are pairs of a caption and a data URI."""
+    """The content of one frame; `pictures` are pairs of a caption and a data URI."""
 
     index: int
     record: FrameResult
@@ -47,12 +47,12 @@ class FrameContent:
 
 
 def points_a_frame(chosen: int) -> int:
-    """Return how many points each of so many chosen frames may have in 3D."""
+    """Return how many points each of the chosen frames may have in 3D."""
     return min(MOST_POINTS, POINT_BYTES * 3 // 4 // (BYTES_A_POINT * max(1, chosen)))  # base64 takes 4 for 3
 
 
 def evenly(count: int, most: int) -> list[int]:
-    """Return up to `most` of the indices 0..count - 1, evenly spread, the first and the last among them."""
+    """Return up to `most` of the indices 0..count - 1, evenly spread, including the first and the last."""
     return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(int)).tolist() if count else []
 
 
@@ -72,7 +72,7 @@ def gather(
     truth : RunTruth or None
         True labels of its clouds.
     chosen : collection of int
-        Indices of the frames that are shown in 3D.
+        Indices of the frames shown in 3D.
     barcodes : mapping of int to Bars
         Barcodes by index.
     step : callable
@@ -100,7 +100,7 @@ def gather(
 
 
 def in_region_colors(frame: RunFrame, truth: LabelArray) -> LabelArray:
-    """Return for every point of a true object the region that covers most of that object, 0 elsewhere, (N,) uint32."""
+    """Return the region that covers most of the true object of every point, (N,) uint32; 0 outside of objects."""
     objects = frame.valid & (truth >= FIRST_OBJECT)
     covering = np.zeros(len(truth), np.uint32)
     for segment in np.unique(truth[objects]):

@@ -53,11 +53,11 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
     Parameters
     ----------
     run : Run
-        The run; what it recorded on ``/barcode`` is taken as it is.
+        The run; barcodes recorded on ``/barcode`` are used as they are.
     wanted : collection of int
         Indices of frames.
     source : Path, optional
-        Where the source is now; else where it was when the run was made, if it is still there.
+        Where the source is now; by default, the path it had for the run.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
         try:
             cloud = decode(msg, max_points=limit)
             if len(cloud) != len(labels[index]):
-                continue  # another recording than the run was made of
+                continue  # not the recording that was replayed
             seg = pipeline.run(cloud)
         except (CloudFormatError, MissingColorError):
             continue
@@ -111,7 +111,7 @@ def _messages(
 
 
 def _recorded(msg: Any, limit: int) -> Bars:
-    """Read the fields `death` and `label` of a recorded barcode; an odd one has no bars."""
+    """Read the fields `death` and `label` of a recorded barcode; a malformed one has no bars."""
     data = np.ascontiguousarray(msg.data).reshape(-1).view(np.uint8)
     try:
         field, row_step = check_field(msg, data.nbytes, "death", max_points=limit, warn=lambda code, text: None)

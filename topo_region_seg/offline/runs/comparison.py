@@ -27,18 +27,18 @@ class FrameChange:
     stamp : float
         Seconds.
     index : tuple of int
-        Its place in A and in B.
+        Its index in A and in B.
     regions : tuple of int
-        In A and in B.
+        Number of regions in A and in B.
     wov, ari : float or None
         Weighted overlap of the regions of A with those of B, and the adjusted Rand index of the two on the points of
-        regions of A; 1 where they are the same, None where the clouds differ in size.
+        regions of A; 1 if they are the same, None if the clouds differ in size.
     changed : float or None
-        Share of the valid points whose region in one run is not the counterpart of that in the other.
+        Share of the valid points whose regions in the two runs are not counterparts.
     ms : dict of str to (float or None, float or None)
         Milliseconds per stage, and `total`.
     quality : tuple of Measures or None
-        Of A and of B, where the truth is known.
+        Quality of A and of B, where the truth is known.
     """
 
     stamp: float
@@ -105,7 +105,7 @@ def compare(
     waiting: dict[int, RunFrame] = {}
     frames_a = a.frames(set(partners.values()))
     for frame in b.frames(partners):
-        # Both runs keep the order of the recording, so that as a rule no more than one frame waits.
+        # Both runs keep the order of the recording, so usually at most one frame waits.
         partner = partners[frame.index]
         while partner not in waiting and (read := next(frames_a, None)):
             waiting[read.index] = read
@@ -146,9 +146,10 @@ def matched(a: Run, b: Run) -> tuple[list[tuple[int, int]], list[float]]:
 
 
 def changed_points(a: LabelArray, b: LabelArray) -> BoolArray:
-    """Return which points changed their region, (N,): those that are not in a pair of counterparts.
+    """Return which points changed their region, (N,).
 
-    A region of A and one of B are counterparts if each is what covers most of the other; so is "no region" with itself.
+    A point has changed unless its regions in A and B are counterparts: each covers most of the other. "No region" is
+    its own counterpart.
     """
     pairs, where, count = np.unique(a.astype(np.uint64) << np.uint64(32) | b, return_inverse=True, return_counts=True)
     of_a, of_b = pairs >> np.uint64(32), pairs & np.uint64(0xFFFFFFFF)
@@ -159,7 +160,7 @@ def changed_points(a: LabelArray, b: LabelArray) -> BoolArray:
 
 
 def _largest(group: npt.NDArray[np.uint64], count: IntArray) -> BoolArray:
-    """Return which rows have the largest count of their group; of equal ones the first."""
+    """Return which rows have the largest count of their group; of equal counts, the first."""
     order = np.lexsort((-np.arange(len(group)), count, group))
     last = order[np.append(group[order][1:] != group[order][:-1], True)] if len(group) else order
     largest = np.zeros(len(group), np.bool_)
@@ -190,7 +191,7 @@ def _agreement(a: LabelArray, b: LabelArray, valid: BoolArray) -> tuple[float, f
     if np.array_equal(a, b) or not len(a):
         return 1.0, 1.0, 0.0
     changed = float(changed_points(a, b).mean())
-    # The measures take true segments from FIRST_OBJECT on.
+    # For the measures, true segments begin at FIRST_OBJECT.
     found = measure(np.where(a > 0, a + np.uint32(FIRST_OBJECT - 1), np.uint32(0)), b, np.ones(len(a), np.bool_))
     wov, ari = found["wov"], found["ari"]
     return (0.0, 0.0, changed) if wov is None or ari is None else (wov, ari, changed)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A run, read again: its record, and its labeled clouds one by one."""
+"""A run, read back: its record, and its labeled clouds one by one."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ class RunFrame:
     Parameters
     ----------
     index : int
-        Its place in the run, from 0.
+        Its index in the run, from 0.
     record : FrameResult
-        What the record says of it.
+        Its entry in the record.
     msg : sensor_msgs/PointCloud2
         As recorded.
     cloud : Cloud
         Its points.
     labels : (N,) uint32
-        Their regions; 0 = none.
+        Its regions; 0 = none.
     """
 
     index: int
@@ -58,16 +58,16 @@ class RunFrame:
 
 
 class Run:
-    """A recording that a replay wrote.
+    """A recording written by ``replay``.
 
     Attributes
     ----------
     path : Path
-        Where it is.
+        File or folder.
     record : RunRecord
-        How it came about.
+        How it was made.
     params : Params
-        With which parameters.
+        Its parameters.
     problems : list of str
         One line for each damaged part of the recording; grows while frames are read.
     """
@@ -79,9 +79,9 @@ class Run:
         self.problems: list[str] = []
 
     def frames(self, wanted: Collection[int] | None = None) -> Iterator[RunFrame]:
-        """Read the labeled clouds, or those of some indices; each is matched with its record by stamp.
+        """Read the labeled clouds, or those with given indices; each is matched with its entry in the record by stamp.
 
-        Clouds that cannot be read, and clouds without a record, go to `problems`.
+        Clouds that cannot be read and clouds without an entry go to `problems`.
         """
         places = StampQueue(frame.stamp for frame in self.record.frames)
         with open_bag(self.path) as reader:
@@ -117,14 +117,14 @@ def open_run(path: str | Path) -> Run:
     Raises
     ------
     BagError
-        It cannot be opened, or no replay has written its record into it; the message says which.
+        It cannot be opened, or has no record of a run; the message says which.
     """
     path = Path(path)
-    with open_bag(path) as reader:  # says what is wrong with files that are no recordings
+    with open_bag(path) as reader:  # has clear errors for files that are not recordings
         labeled = reader.count(LABELED_POINTS)
     data = read_attachment(path, RECORD_NAME)
     if data is None:
-        what = "was written by an older replay, or is cut short" if labeled else "is no output of a replay"
+        what = "was written by an older version, or is cut short" if labeled else "was not written by replay"
         raise BagError(f"{path}: {what} (it has no '{RECORD_NAME}'); make it with: topo_region_seg replay BAG -o OUT")
     try:
         record = RunRecord.from_json(data)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The truth for a run, from the recording that the run was made of."""
+"""The truth for a run, from the recording that was replayed."""
 
 from __future__ import annotations
 
@@ -72,21 +72,21 @@ class RunTruth:
 
 
 def truth_of_run(run: Run, source: Path | None = None, truth_topic: str | None = None) -> RunTruth | None:
-    """Return the truth in the source of a run: of the topic asked for, of the usual one, or what its clouds carry.
+    """Return the truth in the source of a run: on the topic asked for, on the usual one, or in its clouds.
 
     Parameters
     ----------
     run : Run
         The run.
     source : Path, optional
-        Where the source is now; else where it was when the run was made, and None comes back if it is gone.
+        Where the source is now. By default, the path it had for the run; None is returned if it is gone.
     truth_topic : str, optional
-        The topic of true labels; it has to be there.
+        The topic of true labels, which must exist.
 
     Raises
     ------
     BagError
-        The source or the topic asked for is not there.
+        The source or the topic asked for does not exist.
     """
     if source is None and truth_topic is None and not Path(run.record.source).exists():
         return None
@@ -96,7 +96,7 @@ def truth_of_run(run: Run, source: Path | None = None, truth_topic: str | None =
 
 
 def quality(frame: RunFrame, truth: LabelArray | None) -> Measures | None:
-    """Return the measures of a frame against its truth; None where there is none for its points."""
+    """Return the measures of a frame against its truth; None without truth for its points."""
     if truth is None or len(truth) != len(frame.labels):
         return None
     return measure(truth, frame.labels, frame.valid, frame.cloud.height, frame.cloud.width)
