@@ -16,7 +16,7 @@ import topo_region_seg
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.packages import missing_package
 from topo_region_seg.offline.cli.status import ToolError
-from topo_region_seg.params import ParameterError
+from topo_region_seg.parameter_table import ParameterError
 
 COMMANDS = {
     "inspect": "show what is in a recording: topics, layouts, spacing and noise; and suggest parameters",

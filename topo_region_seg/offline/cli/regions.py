@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.cloud.label_colors import colors
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
+from topo_region_seg.segmentation import Segmentation
 
 HEADS = ("points", "center x, y, z (m)", "extents x, y, z (cm)", "persistence (mm)")
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.pointcloud2 import decode
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.cli.console import Steps, note
@@ -27,6 +27,7 @@ from topo_region_seg.offline.frames import INTERNAL_ERROR, FrameResult, Rejectio
 from topo_region_seg.offline.stamps import seconds, stamp_of
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.segmentation import Segmentation
 
 SHOWN_REJECTIONS = 10
 READ_AHEAD = 2

@@ -13,7 +13,8 @@ from topo_region_seg.offline.cli.parameters import add_parameter_arguments, para
 from topo_region_seg.offline.cli.status import ToolError
 
 if TYPE_CHECKING:
-    from topo_region_seg.data import Cloud, Segmentation
+    from topo_region_seg.data import Cloud
+    from topo_region_seg.segmentation import Segmentation
 
 SHOWN = 40
 """Regions that are printed unless all are asked for: the largest."""

@@ -21,7 +21,8 @@ from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.frames import FrameResult
 from topo_region_seg.offline.runs.record import RECORD_NAME, RunRecord
 from topo_region_seg.offline.stamps import StampQueue, seconds, stamp_of
-from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
 
 LABELED_POINTS = "/labeled_points"
 
