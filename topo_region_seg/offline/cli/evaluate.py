@@ -11,6 +11,7 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.evaluation_options import (
     add_cluster_arguments,
     add_source_arguments,
+    note_notices,
     note_troubles,
     runner_from,
     sources_from,
@@ -61,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
     if any(result.frames for result in results):
         output().print(frame_table(results))
         output().print(bag_table(results))
+    note_notices(results)
     for result in results:
         note_troubles(result)
     if interrupted:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -115,6 +115,15 @@ def note_troubles(result: BagResult, most: int = 10) -> None:
             f"repeated stamps: {result.bag}: {result.repeated} clouds have the stamp of another cloud; "
             "they are paired with their truth in the recorded order"
         )
+
+
+def note_notices(results: Iterable[BagResult]) -> None:
+    """Print the notices of the pipeline, each once."""
+    from topo_region_seg.offline.cli.console import note
+
+    lines = (f"note: {text} ({code})" for result in results for code, text in result.notices.items())
+    for line in dict.fromkeys(lines):
+        note(line)
 
 
 def status_of(results: list[BagResult]) -> int:

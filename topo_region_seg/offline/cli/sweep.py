@@ -12,6 +12,7 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.evaluation_options import (
     add_cluster_arguments,
     add_source_arguments,
+    note_notices,
     note_troubles,
     runner_from,
     sources_from,
@@ -73,6 +74,7 @@ def run(args: argparse.Namespace) -> int:
     outcomes = _outcomes(grid, len(sources), sweep.results)
     if any(outcome.frames for outcome in outcomes):
         _show(args, outcomes, cached=sweep.cached, computed=sweep.computed)
+    note_notices(sweep.results.values())
     for result in _distinct(sweep.results):
         note_troubles(result, most=3)
     if interrupted:

@@ -41,6 +41,8 @@ class BagResult:
         Clouds and truths that cannot be used.
     problems : list of str
         A line for each damaged part that was left out.
+    notices : dict of str to str
+        The first notice of each code that the pipeline gave, such as parameters without effect.
     truncated : bool
         Whether the recording is cut short.
     error : str
@@ -55,6 +57,7 @@ class BagResult:
     repeated: int = 0
     rejected: list[Rejection] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    notices: dict[str, str] = field(default_factory=dict)
     truncated: bool = False
     error: str = ""
 
@@ -85,6 +88,7 @@ def merged(parts: Sequence[BagResult]) -> BagResult:
         whole.rejected += part.rejected
         # Every part reads the recording and finds the same damage.
         whole.problems += [problem for problem in part.problems if problem not in whole.problems]
+        whole.notices = {**part.notices, **whole.notices}
         whole.truncated |= part.truncated
         whole.error = whole.error or part.error
     if whole.without_truth and not whole.frames and not whole.failed:

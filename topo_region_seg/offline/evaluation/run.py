@@ -130,7 +130,7 @@ def _measure(
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         decoded = time.perf_counter()
-        labels, stages = _recorded(msg, pipeline) if recorded else _segmented(cloud, pipeline)
+        labels, stages = _recorded(msg, pipeline) if recorded else _segmented(cloud, pipeline, result)
         done = time.perf_counter()
         valid = np.isfinite(cloud.xyz).all(axis=1)
         measures = measure(true_labels, labels, valid, cloud.height, cloud.width)
@@ -142,8 +142,11 @@ def _measure(
         result.frames.append(MeasuredFrame(seconds(stamp), len(cloud), regions, rounded(ms), measures))
 
 
-def _segmented(cloud: Cloud, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float]]:
-    seg = pipeline.run(cloud)
+def _segmented(cloud: Cloud, pipeline: Pipeline, result: BagResult) -> tuple[LabelArray, dict[str, float]]:
+    def warn(code: str, text: str) -> None:
+        result.notices.setdefault(code, text)
+
+    seg = pipeline.run(cloud, warn)
     return seg.labels, seg.ms
 
 

@@ -12,7 +12,9 @@ from topo_region_seg import __version__
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 _CODE = (
+    "parameter_table.py",
     "params.py",
+    "growth.py",
     "data.py",
     "compiled",
     "steps",

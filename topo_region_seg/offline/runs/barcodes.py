@@ -80,7 +80,7 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
             cloud = decode(msg, max_points=limit)
             if len(cloud) != len(labels[index]):
                 continue  # not the recording that was replayed
-            seg = pipeline.run(cloud)
+            seg = pipeline.run(cloud, _ignore)  # the replay has reported its notices
         except (CloudFormatError, MissingColorError):
             continue
         found[index] = Bars(seg.barcode.death, labels[index][seg.index], computed=True)
@@ -114,7 +114,7 @@ def _recorded(msg: Any, limit: int) -> Bars:
     """Read the fields `death` and `label` of a recorded barcode; a malformed one has no bars."""
     data = np.ascontiguousarray(msg.data).reshape(-1).view(np.uint8)
     try:
-        field, row_step = check_field(msg, data.nbytes, "death", max_points=limit, warn=lambda code, text: None)
+        field, row_step = check_field(msg, data.nbytes, "death", max_points=limit, warn=_ignore)
         label = labels_of(msg, max_points=limit)
     except CloudFormatError:
         return Bars(np.zeros(0), np.zeros(0, np.uint32), computed=False)
@@ -125,3 +125,7 @@ def _recorded(msg: Any, limit: int) -> Bars:
     column: Any = np.ndarray((int(msg.height), int(msg.width)), kind, data, int(field.offset), strides)
     death = column.astype(np.float64).reshape(-1)
     return Bars(np.where(np.isnan(death), np.inf, np.maximum(death, 0.0)), label, computed=False)
+
+
+def _ignore(code: str, text: str) -> None:
+    """Take a notice that has been reported before."""
