@@ -28,7 +28,7 @@ def missing_package(error: ImportError) -> str | None:
     name = PIP_NAMES[module]
     others = sorted(pip for module, pip in PIP_NAMES.items() if not _is_installed(module))
     line = f"the Python package {name} is not installed; get it with: pip install {name}"
-    return line if others == [name] else f"{line}, or all that are missing with: pip install {' '.join(others)}"
+    return line if others == [name] else f"{line} (for all commands: pip install {' '.join(others)})"
 
 
 def _is_installed(module: str) -> bool:
