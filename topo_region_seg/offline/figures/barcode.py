@@ -40,12 +40,12 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     Parameters
     ----------
     seg : Segmentation
-        The result; the filtration is drawn up to its scale: `params.radius` if that is given.
+        The result; the filtration is drawn up to the scale of the regions.
     path : str or Path
         The file to write; its ending gives the format (.png, .pdf, .svg).
     """
-    if seg.params.radius:
-        seg = replace(seg, components=seg.components.cut(seg.params.radius))
+    if seg.scale < seg.components.max_radius:
+        seg = replace(seg, components=seg.components.cut(seg.scale))
     groups = _groups(seg)
     unit, per_meter = ("mm", 1e3) if seg.components.max_radius < 0.1 else ("m", 1.0)
     last = seg.components.max_radius * per_meter
