@@ -28,20 +28,21 @@ help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
 
 demo: .venv/ready-demo ## Segment a real RGB-D frame and a made sequence with the node, over DDS.
-	@$(STEP) "demo" $(call in_venv,$(VENV)) $(VENV)/bin/python -m topo_region_seg.demo
+	@$(STEP) "demo" $(call in_venv,$(VENV)) $(VENV)/bin/python -m topo_region_seg.offline.demo
 
 test: lint ## Lint, types and the whole test suite, with a colcon build.
 	@$(STEP) "tests" $(call in_venv,$(VENV)) $(VENV)/bin/python -m pytest
 
 # Against an installed copy, not these sources: that tries the wheel too, and keeps its compiled kernels apart from .venv's.
 # Left out is what no version of numpy, scipy or numba changes, and what brings its own environment.
-ELSEWHERE := architecture colcon killed launch report_browser security player ros_lifecycle cluster benchmarks beyond soak demo
+ELSEWHERE := test_architecture test_colcon test_killed ros/test_launch offline/report/test_report_browser test_security \
+  ros/test_player ros/test_ros_lifecycle offline/evaluation/test_cluster test_benchmarks test_beyond test_soak offline/test_demo
 test-ubuntu: .venv-ubuntu/ready-package ## The tests, with the numpy, scipy and numba of Ubuntu 24.04.
-	@$(STEP) "tests with what Ubuntu 24.04 ships" $(call in_venv,$(UBUNTU)) PYTHONSAFEPATH=1 $(UBUNTU)/bin/python -m pytest -p no:cacheprovider $(ELSEWHERE:%=--ignore=test/test_%.py)
+	@$(STEP) "tests with what Ubuntu 24.04 ships" $(call in_venv,$(UBUNTU)) PYTHONSAFEPATH=1 $(UBUNTU)/bin/python -m pytest -p no:cacheprovider $(ELSEWHERE:%=--ignore=test/%.py)
 
 fuzz: .venv/ready-test ## Minutes of arbitrary messages for the decoder, the second half guided by coverage.
 	@$(STEP) "installing atheris" $(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[fuzz]'
-	@$(STEP) "100,000 generated and 600,000 random messages" env FUZZ_CASES=100000 $(VENV)/bin/python -m pytest -q test/test_fuzz.py
+	@$(STEP) "100,000 generated and 600,000 random messages" env FUZZ_CASES=100000 $(VENV)/bin/python -m pytest -q test/cloud/test_fuzz.py
 	@mkdir -p build/fuzz
 	@$(STEP) "ten minutes of atheris" env PYTHONPATH=. $(VENV)/bin/python test/fuzz/fuzz_decode.py -max_total_time=600 \
 	  -artifact_prefix=build/fuzz/ build/fuzz

@@ -30,7 +30,7 @@ setup(
     license_files=["LICENSE"],
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed", "report/assets/*", "ros/fastdds.xml"]},
+    package_data={PACKAGE: ["py.typed", "offline/report/assets/*", "ros/fastdds.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -98,7 +98,7 @@ setup(
     entry_points={
         "console_scripts": [
             f"region_segmentation_node = {PACKAGE}.ros.node:main",
-            f"topo_region_seg = {PACKAGE}.tools.main:main",
+            f"topo_region_seg = {PACKAGE}.offline.cli.main:main",
         ],
     },
 )

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from topo_region_seg.bags import open_bag
-from topo_region_seg.bags.clouds import decode_message
+from topo_region_seg.cloud.pointcloud2 import decode
+from topo_region_seg.offline.bags import open_bag
+from topo_region_seg.offline.bags.clouds import decode_message
+from topo_region_seg.offline.simulation import Camera, SimulatedFrame, orbit, simulate, tabletop
+from topo_region_seg.offline.simulation.recording import CLOUD_TOPIC, write_recording
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.pointcloud2 import decode
-from topo_region_seg.simulation import Camera, SimulatedFrame, orbit, simulate, tabletop
-from topo_region_seg.simulation.recording import CLOUD_TOPIC, write_recording
 
 HERE = Path(__file__).resolve().parent
 BAG = HERE / "tabletop_sim"

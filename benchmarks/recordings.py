@@ -15,9 +15,9 @@ import numpy.typing as npt
 
 import topo_region_seg as trs
 from benchmarks.points import Points, featured
-from topo_region_seg.bags import open_bag
-from topo_region_seg.bags.clouds import decode_message
-from topo_region_seg.pointcloud2 import decode
+from topo_region_seg.cloud.pointcloud2 import decode
+from topo_region_seg.offline.bags import open_bag
+from topo_region_seg.offline.bags.clouds import decode_message
 
 RECORDING = Path(__file__).resolve().parents[2] / "shared" / "data" / "bags" / "tabletop_labelled"
 CLOUDS, TRUTH = "/camera/depth/points", "/ground_truth/labels"
@@ -98,8 +98,8 @@ def _recorded() -> Iterator[Frame]:
 
 
 def _simulated() -> Iterator[Frame]:
-    from topo_region_seg.simulation import Camera, simulate, tabletop
-    from topo_region_seg.simulation.recording import camera_cloud, make_header
+    from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+    from topo_region_seg.offline.simulation.recording import camera_cloud, make_header
 
     for number in range(SIMULATED):
         frame = simulate(tabletop(number), Camera.kinect(), number)

@@ -10,9 +10,9 @@ from typing import Any
 from rclpy.serialization import serialize_message
 
 from benchmarks.points import pack_rgb
-from topo_region_seg.pointcloud2 import encode
+from topo_region_seg.cloud.pointcloud2 import encode
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.ros.types import ros_types
-from topo_region_seg.simulation import Camera, simulate, tabletop
 
 SEEDS = (1, 2, 3)
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from topo_region_seg.data import Cloud
-from topo_region_seg.demo.arc2017 import real_frame
-from topo_region_seg.figures.barcode import plot_barcode
-from topo_region_seg.figures.before_after import plot_before_after
+from topo_region_seg.offline.demo.arc2017 import real_frame
+from topo_region_seg.offline.figures.barcode import plot_barcode
+from topo_region_seg.offline.figures.before_after import plot_before_after
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
-from topo_region_seg.simulation import Camera, simulate, tabletop
 
 IMAGES = Path(__file__).resolve().parent / "images"
 SCENE = 7

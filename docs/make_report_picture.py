@@ -13,7 +13,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from topo_region_seg.tools.main import main as tool
+from topo_region_seg.offline.cli.main import main as tool
 
 DOCS = Path(__file__).resolve().parent
 BAG = DOCS.parent / "bags" / "tabletop_sim"

@@ -15,9 +15,9 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from topo_region_seg.cloud_files import write_labeled_cloud
-from topo_region_seg.parameter_docs import markdown_table, yaml_text
-from topo_region_seg.simulation import Camera, simulate, tabletop
+from topo_region_seg.cloud.files import write_labeled_cloud
+from topo_region_seg.offline.parameter_docs import markdown_table, yaml_text
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 
 ROOT = Path(__file__).resolve().parent.parent
 README = ROOT / "README.md"

@@ -17,7 +17,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 
-from topo_region_seg.bags.types import typestore
+from topo_region_seg.offline.bags.types import typestore
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 COUNT = "std_msgs/msg/UInt32"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from topo_region_seg.bags.types import bag_types
+from topo_region_seg.offline.bags.types import bag_types
 
 INT8, UINT8, INT16, UINT16, INT32, UINT32, FLOAT32, FLOAT64 = range(1, 9)
 NUMPY = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}

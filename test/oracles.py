@@ -12,8 +12,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
+from topo_region_seg.api import persistent_components
 from topo_region_seg.params import Params
-from topo_region_seg.stages.filtration import persistent_components
 
 Array = npt.NDArray[np.float64]
 

@@ -8,14 +8,15 @@ from pathlib import Path
 
 import clouds
 from bag_maker import CLOUD, SECOND, write_mcap
+from places import SIMULATED
 
-from topo_region_seg.bags import BagWriter, open_bag
-from topo_region_seg.bags.clouds import POINT_CLOUD
-from topo_region_seg.runs.record import MEDIA_TYPE, RECORD_NAME, FrameRecord, RejectedRecord, RunRecord
-from topo_region_seg.runs.run import open_run
-from topo_region_seg.tools.main import main
+from topo_region_seg.offline.bags import BagWriter, open_bag
+from topo_region_seg.offline.bags.clouds import POINT_CLOUD
+from topo_region_seg.offline.cli.main import main
+from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, FrameRecord, RejectedRecord, RunRecord
+from topo_region_seg.offline.runs.run import open_run
 
-SIM = Path(__file__).resolve().parent.parent / "bags" / "tabletop_sim"
+SIM = SIMULATED
 ATTACKS = (
     "</script><script>window.hacked=1</script>",
     '"><img src="http://attack.invalid/x" onerror="window.hacked=1">',

@@ -21,6 +21,7 @@ import numpy.typing as npt
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState, GetState
+from places import ROOT
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.context import Context
@@ -32,7 +33,6 @@ from std_msgs.msg import UInt32
 
 from topo_region_seg.params import Params
 
-ROOT = Path(__file__).resolve().parent.parent
 NODE = "/region_segmentation"
 PATIENCE = 20.0
 """Seconds for what takes a fraction of one on an idle machine."""

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT))  # last, so that an installed copy of the package is the one that is tested
 
 from benchmarks import __main__ as benchmark

@@ -5,14 +5,13 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT))  # last, so that an installed copy of the package is the one that is tested
 
 from benchmarks.beyond.__main__ import BEGIN, END, PARTS, with_measured

@@ -16,10 +16,10 @@ import time
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from topo_region_seg.ros.transport import PROFILES
 
-ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "topo_region_seg"
 COLCON = Path(sysconfig.get_path("scripts")) / "colcon"
 START_SECONDS = 150

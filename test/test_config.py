@@ -4,18 +4,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from places import ROOT
 
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros.node_params import NodeParams
-from topo_region_seg.simulation import Camera, simulate, tabletop
 
-FOLDER = Path(__file__).resolve().parent.parent / "config"
+FOLDER = ROOT / "config"
 SCENES = sorted(path.name for path in FOLDER.glob("*.yaml") if path.name != "region_segmentation.yaml")
 
 

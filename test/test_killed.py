@@ -16,10 +16,10 @@ import time
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
-from topo_region_seg.bags import open_bag
+from topo_region_seg.offline.bags import open_bag
 
-ROOT = Path(__file__).resolve().parent.parent
 BAG = ROOT / "bags" / "tabletop_sim"
 KILLS = int(os.environ.get("KILLS", "5"))
 MANY = KILLS >= 20

@@ -9,10 +9,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from places import ROOT
 
 import topo_region_seg
 
-ROOT = Path(__file__).resolve().parent.parent
 SPDX = (
     "# SPDX-FileCopyrightText: 2026 topo_region_seg contributors",
     "# SPDX-License-Identifier: Apache-2.0",

@@ -4,21 +4,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 import yaml
+from places import ROOT
 
-from topo_region_seg.parameter_docs import main, markdown_table, yaml_text
+from topo_region_seg.offline.parameter_docs import main, markdown_table, yaml_text
 from topo_region_seg.params import Params
 from topo_region_seg.ros.node_params import NodeParams
 
-CONFIG = Path(__file__).resolve().parent.parent / "config" / "region_segmentation.yaml"
+CONFIG = ROOT / "config" / "region_segmentation.yaml"
 ROWS = (*Params.table(), *NodeParams.table())
 
 
 def test_the_shipped_file_is_the_generated_one() -> None:
-    assert CONFIG.read_text(encoding="utf-8") == yaml_text(), "run: python -m topo_region_seg.parameter_docs yaml"
+    assert CONFIG.read_text(encoding="utf-8") == yaml_text(), (
+        "run: python -m topo_region_seg.offline.parameter_docs yaml"
+    )
 
 
 def test_the_file_holds_every_default_in_its_own_type() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import topo_region_seg as trs
-from topo_region_seg.simulation import Camera, SimulatedFrame, simulate, tabletop
+from topo_region_seg.offline.simulation import Camera, SimulatedFrame, simulate, tabletop
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,11 @@ from pathlib import Path
 import clouds
 import numpy as np
 import pytest
+from places import ROOT
 
-from topo_region_seg.stages.color import srgb_to_lab
-from topo_region_seg.tools.main import main
+from topo_region_seg.offline.cli.main import main
+from topo_region_seg.steps.color import srgb_to_lab
 
-ROOT = Path(__file__).resolve().parent.parent
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "bags").glob("*.md")])
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 

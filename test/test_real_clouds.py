@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles import Points, check_against_oracles
+from places import SHARED
 
 import topo_region_seg as trs
-from topo_region_seg.bags import open_bag
-from topo_region_seg.bags.clouds import cloud_topic, decode_message
-from topo_region_seg.cloud_files import read_cloud
-from topo_region_seg.pointcloud2 import decode
+from topo_region_seg.cloud.files import read_cloud
+from topo_region_seg.cloud.pointcloud2 import decode
+from topo_region_seg.offline.bags import open_bag
+from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 
-SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 MAX_POINTS = 1_000_000
 
 

@@ -13,10 +13,9 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from places import ROOT
 
 import topo_region_seg
-
-ROOT = Path(__file__).resolve().parent.parent
 
 AUDIT = """
 import os, sys

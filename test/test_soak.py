@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import copy
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
+from places import ROOT
 
 # Last, so that an installed copy of the package stays the one that is tested.
-sys.path.append(str(Path(__file__).resolve().parent.parent))
+sys.path.append(str(ROOT))
 
 from benchmarks.soak_report import markdown, verdict
 

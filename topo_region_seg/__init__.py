@@ -15,11 +15,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from topo_region_seg.api import segment
+    from topo_region_seg.api import persistent_components, segment
     from topo_region_seg.data import Adjacency, Barcode, Cloud, Components, Features, Region, RegionTable, Segmentation
     from topo_region_seg.params import ParameterError, Params
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
-    from topo_region_seg.stages.filtration import persistent_components
 
 __version__ = "0.1.0"
 
@@ -38,7 +37,7 @@ _HOME = {
     "MissingColorError": "pipeline",
     "Pipeline": "pipeline",
     "warm_up": "pipeline",
-    "persistent_components": "stages.filtration",
+    "persistent_components": "api",
 }
 
 __all__ = [

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 
-from topo_region_seg.tools.main import main
+from topo_region_seg.offline.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

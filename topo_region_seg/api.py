@@ -7,9 +7,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud, Components, Segmentation
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.steps.filtration.persistence import filtration
+from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 
 
 def segment(xyz: npt.ArrayLike, rgb: npt.ArrayLike | None = None, params: Params | None = None) -> Segmentation:
@@ -50,3 +52,36 @@ def segment(xyz: npt.ArrayLike, rgb: npt.ArrayLike | None = None, params: Params
         colors = np.ascontiguousarray(colors.reshape(-1, 3))
     cloud = Cloud(np.ascontiguousarray(points.reshape(-1, 3)), colors, height, width)
     return Pipeline(params).run(cloud)
+
+
+def persistent_components(
+    xyz: npt.ArrayLike, lab: npt.ArrayLike | None, normals: npt.ArrayLike | None, params: Params
+) -> Components:
+    """Compute H0 of the Vietoris-Rips filtration whose edges satisfy the homogeneity criterion.
+
+    Parameters
+    ----------
+    xyz : (N, 3) array of float
+        Positions, metres; all finite.
+    lab : (N, 3) array of float or None
+        CIELAB colors; needed unless ``params.features`` is ``normals``.
+    normals : (N, 3) array of float or None
+        Normals; needed unless ``params.features`` is ``color``. They are scaled to unit length. A row of
+        NaN marks a point without a normal: it takes part by color alone, and not at all where
+        ``params.features`` is ``normals``.
+    params : Params
+        Uses `max_radius`, `features`, and the color and angle thresholds.
+
+    Returns
+    -------
+    Components
+        `root`, `parent` and exact `death` of every point; a death is the length of an edge of the minimum
+        spanning forest of the graph at `max_radius`.
+
+    Raises
+    ------
+    ValueError
+        If a needed array is missing, has the wrong shape, or holds values that are not finite.
+    """
+    channels = homogeneity_channels(xyz, lab, normals, params)
+    return filtration(channels, criterion(params), params.reach, needs_normals=not params.uses_color)

@@ -11,22 +11,22 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from topo_region_seg.beyond.auto_scale.local_units import local_units
+from topo_region_seg.beyond.objects.grooves import find_grooves
+from topo_region_seg.clock import Clock
+from topo_region_seg.cloud.records import read_records, write_labeled_records
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.selection import gather, gather_columns
 from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Segmentation
-from topo_region_seg.kernels.records import read_records, write_labeled_records
-from topo_region_seg.kernels.selection import gather, gather_columns
-from topo_region_seg.kernels.tree import position_tree, split_nodes
 from topo_region_seg.params import Params
-from topo_region_seg.stages.clock import Clock
-from topo_region_seg.stages.color import srgb_to_lab
-from topo_region_seg.stages.crop import crop
-from topo_region_seg.stages.filtration import filtration
-from topo_region_seg.stages.floor import above, find_floor
-from topo_region_seg.stages.grooves import find_grooves
-from topo_region_seg.stages.homogeneity import homogeneity_channels
-from topo_region_seg.stages.local_units import local_units
-from topo_region_seg.stages.normals import estimate_normals
-from topo_region_seg.stages.scales import Filtered
-from topo_region_seg.stages.thinning import thin_for
+from topo_region_seg.segmentation import Filtered
+from topo_region_seg.steps.color import srgb_to_lab
+from topo_region_seg.steps.crop import crop
+from topo_region_seg.steps.filtration.persistence import filtration
+from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
+from topo_region_seg.steps.normals.estimate import estimate_normals
+from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.thinning import thin_for
 
 
 class MissingColorError(ValueError):
@@ -99,7 +99,8 @@ class Pipeline:
                 compared[find_grooves(points.xyz, normals, tree, params)] = np.nan
         with clock("filtration"):
             channels = homogeneity_channels(local, lab, compared, params)
-            components = filtration(channels, params, tree)
+            limits = criterion(params)
+            components = filtration(channels, limits, params.reach, tree, needs_normals=not params.uses_color)
         filtered = Filtered(
             xyz=points.xyz,
             weight=points.weight,
@@ -141,12 +142,8 @@ def warm_up() -> None:
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
     # A heap has more edges at one scale than a forest needs.
     heap = np.random.default_rng(0).normal(scale=0.001, size=(300, 3))
-    filtration(homogeneity_channels(heap, np.zeros_like(heap), np.ones_like(heap), Params()), Params())
-
-
-def kernel_cache() -> str:
-    """Return the folder that keeps the compiled kernels: beside the code, or the user's where that is read-only."""
-    return str(split_nodes.stats.cache_path)  # type: ignore[attr-defined]
+    limits = criterion(Params())
+    filtration(homogeneity_channels(heap, np.zeros_like(heap), np.ones_like(heap), Params()), limits, Params().reach)
 
 
 class _Points:

@@ -17,13 +17,13 @@ from benchmarks.beyond.quality import weighted_overlap
 from benchmarks.recordings import FIRST_OBJECT, Frame, frames, source
 from benchmarks.report import table
 from benchmarks.results import Setting
+from topo_region_seg.beyond.auto_scale.local_units import LocalUnits
 from topo_region_seg.data import LabelArray
-from topo_region_seg.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.simulation.frame import SimulatedFrame
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
-from topo_region_seg.simulation.frame import SimulatedFrame
-from topo_region_seg.stages.local_units import LocalUnits
-from topo_region_seg.stages.scales import Filtered
+from topo_region_seg.segmentation import Filtered
 
 TITLE = "The right scale by itself"
 DOCUMENT = "auto_radius.md"

@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 
 from benchmarks.recordings import FIRST_OBJECT, PER_OBJECT
 from topo_region_seg.data import FloatArray, IntArray, LabelArray
-from topo_region_seg.evaluation.measures import measure
-from topo_region_seg.simulation import Camera, simulate, tabletop
-from topo_region_seg.simulation.frame import SimulatedFrame
+from topo_region_seg.offline.evaluation.measures import measure
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+from topo_region_seg.offline.simulation.frame import SimulatedFrame
 
 REFERENCE = 1.0
 """Distance with whose regions the others are compared, metres."""

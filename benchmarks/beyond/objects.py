@@ -18,12 +18,12 @@ from benchmarks.recordings import FIRST_OBJECT, PER_OBJECT, Frame, frames, sourc
 from benchmarks.report import table
 from benchmarks.results import Setting
 from topo_region_seg.data import Cloud, LabelArray
-from topo_region_seg.demo.arc2017 import real_frame
-from topo_region_seg.evaluation.measures import Measures
-from topo_region_seg.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.demo.arc2017 import real_frame
+from topo_region_seg.offline.evaluation.measures import Measures
+from topo_region_seg.offline.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
-from topo_region_seg.simulation import Camera, simulate, tabletop
 
 TITLE = "Objects"
 DOCUMENT = "objects.md"

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.data import Cloud, LabelArray
-from topo_region_seg.evaluation.measures import Measures, measure
+from topo_region_seg.offline.evaluation.measures import Measures, measure
 
 
 def quality(truth: npt.NDArray[np.uint32], labels: LabelArray, cloud: Cloud) -> Measures:

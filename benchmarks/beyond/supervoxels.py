@@ -18,8 +18,8 @@ from benchmarks.recordings import FIRST_OBJECT, PER_OBJECT, Frame, frames, sourc
 from benchmarks.report import table
 from benchmarks.results import Setting
 from topo_region_seg.data import LabelArray
-from topo_region_seg.evaluation.boundaries import boundary, boundary_precision, boundary_recall
-from topo_region_seg.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.evaluation.boundaries import boundary, boundary_precision, boundary_recall
+from topo_region_seg.offline.figures.shading import own_colors, region_colors
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 

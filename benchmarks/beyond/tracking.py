@@ -19,17 +19,17 @@ from matplotlib.figure import Figure
 from benchmarks.recordings import CLOUDS, FIRST_OBJECT, RECORDING
 from benchmarks.report import table
 from benchmarks.results import Setting
-from topo_region_seg.bags import open_bag
-from topo_region_seg.bags.clouds import decode_message
+from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud, LabelArray
-from topo_region_seg.demo.shows import SHOWS
-from topo_region_seg.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.bags import open_bag
+from topo_region_seg.offline.bags.clouds import decode_message
+from topo_region_seg.offline.demo.shows import SHOWS
+from topo_region_seg.offline.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+from topo_region_seg.offline.simulation.camera import orbit
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.pointcloud2 import decode
-from topo_region_seg.simulation import Camera, simulate, tabletop
-from topo_region_seg.simulation.camera import orbit
-from topo_region_seg.stages.tracking import Tracker
 
 TITLE = "Labels over frames"
 DOCUMENT = "tracking.md"

@@ -20,8 +20,8 @@ from benchmarks.child import ROOT, ChildError
 from benchmarks.node_process import ACTIVE, NodeProcess, ros_is_there
 from benchmarks.recordings import frames, source
 from benchmarks.results import Result, Setting, Table
-from topo_region_seg.bags.clouds import POINT_CLOUD
-from topo_region_seg.bags.types import typestore
+from topo_region_seg.offline.bags.clouds import POINT_CLOUD
+from topo_region_seg.offline.bags.types import typestore
 
 TITLE = "5. End to end over DDS"
 HZ = 30.0

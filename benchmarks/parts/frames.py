@@ -13,12 +13,12 @@ from benchmarks import pcl_peers
 from benchmarks.recordings import Frame, frames, source
 from benchmarks.results import Result, Setting, Table
 from benchmarks.timing import Timing
-from topo_region_seg.bags.types import bag_types
-from topo_region_seg.evaluation import measure as quality_of
-from topo_region_seg.messages import labeled_points, region_count
+from topo_region_seg.cloud.messages import labeled_points, region_count
+from topo_region_seg.cloud.pointcloud2 import decode
+from topo_region_seg.offline.bags.types import bag_types
+from topo_region_seg.offline.evaluation import measure as quality_of
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
-from topo_region_seg.pointcloud2 import decode
 
 TITLE = "4. Whole pipeline"
 MEDIAN_MS, TAIL_MS = 33.0, 50.0

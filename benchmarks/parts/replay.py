@@ -10,14 +10,14 @@ from statistics import median
 
 from benchmarks.recordings import RECORDING
 from benchmarks.results import Result, Setting, Table
-from topo_region_seg.bags import open_bag
-from topo_region_seg.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
+from topo_region_seg.offline.bags import open_bag
+from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.offline.cli.replay_output import ReplayOutput
+from topo_region_seg.offline.cli.replay_run import Replay
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
-from topo_region_seg.pointcloud2 import decode
-from topo_region_seg.tools.replay_output import ReplayOutput
-from topo_region_seg.tools.replay_run import Replay
 
 TITLE = "9. Replay of recordings"
 OVERHEAD = 25.0

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from topo_region_seg.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 
 NAMES = ("x", "y", "z", "rgb", "rgba", "r", "g", "b", "intensity", "", "label", "xyz")
 EDGES = (0, 1, 2, 3, 4, 7, 8, 12, 16, 20, 32, 255, 65535, 2**31 - 1, 2**31, 2**32 - 4, 2**32 - 1)

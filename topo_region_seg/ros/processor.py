@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from rclpy.lifecycle import LifecycleNode
 from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.pipeline import MissingColorError, Pipeline
-from topo_region_seg.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.statistics import Statistics
-from topo_region_seg.stages.tracking import Tracker
 
 
 @dataclass(frozen=True)

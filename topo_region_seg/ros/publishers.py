@@ -11,7 +11,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import UInt32
 from visualization_msgs.msg import MarkerArray
 
-from topo_region_seg import messages
+from topo_region_seg.cloud import messages
 from topo_region_seg.data import Cloud, Segmentation
 from topo_region_seg.ros.types import ros_types
 

@@ -10,11 +10,11 @@ from sensor_msgs.msg import CompressedImage, PointCloud2, PointField
 from std_msgs.msg import ColorRGBA, Header, UInt32
 from visualization_msgs.msg import Marker, MarkerArray, MeshFile
 
-from topo_region_seg.messages import MessageTypes
+from topo_region_seg.cloud.messages import MessageTypes
 
 
 def ros_types() -> MessageTypes:
-    """Return the classes that :mod:`topo_region_seg.messages` fills."""
+    """Return the classes that :mod:`topo_region_seg.cloud.messages` fills."""
     return MessageTypes(
         PointCloud2=PointCloud2,
         PointField=PointField,

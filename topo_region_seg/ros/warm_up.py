@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from rclpy.executors import ExternalShutdownException
 
-from topo_region_seg.pipeline import kernel_cache, warm_up
+from topo_region_seg.compiled.cache import cache_folder
+from topo_region_seg.pipeline import warm_up
 
 if TYPE_CHECKING:
     from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -53,4 +54,5 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     if failure:
         raise failure[0]
     seconds = time.monotonic() - started
-    logger.info(f"kernels {'compiled' if told else 'ready'} in {seconds:.1f} s; their cache is {kernel_cache()}")
+    where = cache_folder() or "nowhere: no folder can be written to; set NUMBA_CACHE_DIR to one"
+    logger.info(f"kernels {'compiled' if told else 'ready'} in {seconds:.1f} s; their cache is {where}")

@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Objects: regions united across convex borders, and across no others."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from places import SHARED
+from scipy.spatial import cKDTree
+
+from topo_region_seg.beyond.objects.continuation import regions_along
+from topo_region_seg.beyond.objects.convexity import find_borders
+from topo_region_seg.beyond.objects.turns import mean_turns, oriented_blocks
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.partition import uniform_regions
+from topo_region_seg.data import Cloud
+from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.pipeline import Pipeline
+
+Floats = npt.NDArray[np.float64]
+OBJECTS = Params(level="objects", remove_floor=False, voxel_size=0.0)
+SPACING = 0.003
+LABELED = SHARED / "bags" / "tabletop_labelled"
+
+
+def face(origin: Floats, u: Floats, v: Floats, length: float = 0.09) -> Floats:
+    """Return the points of a square, SPACING apart."""
+    steps = np.arange(SPACING / 2, length, SPACING)
+    a, b = (grid.ravel()[:, None] for grid in np.meshgrid(steps, steps))
+    return origin + a * u + b * v
+
+
+X, Y, Z = np.eye(3)
+
+
+def box(corner: Floats, length: float = 0.09) -> Floats:
+    """Return the three faces of a cube that the sensor sees when it looks along (1, 1, 1)."""
+    return np.concatenate([face(corner, X, Y, length), face(corner, Y, Z, length), face(corner, Z, X, length)])
+
+
+def objects(xyz: Floats, params: Params = OBJECTS) -> npt.NDArray[np.uint32]:
+    return Pipeline(params).run(Cloud(xyz, None, 1, len(xyz))).labels
+
+
+def same_partition(a: npt.NDArray[np.uint32], b: npt.NDArray[np.uint32]) -> bool:
+    pairs = np.unique(np.column_stack([a, b]), axis=0)
+    return len(pairs) == len(np.unique(a)) == len(np.unique(b))
+
+
+CORNER = np.array([0.5, 0.5, 0.5])
+
+
+def test_the_faces_of_a_box_are_one_object() -> None:
+    xyz = box(CORNER)
+    regions = Pipeline(OBJECTS.of_level().replace(level="regions")).run(Cloud(xyz, None, 1, len(xyz))).labels
+    assert len(np.unique(regions[regions > 0])) >= 3
+    assert (objects(xyz) == 1).all()
+
+
+def test_a_box_on_a_wall_stays_apart_from_it() -> None:
+    # The wall is the plane z = 0.59 behind the box; both side faces meet it at a concave edge.
+    wall = face(np.array([0.40, 0.40, 0.59]), X, Y, 0.3)
+    wall = wall[~((wall[:, 0] >= 0.5) & (wall[:, 0] < 0.59) & (wall[:, 1] >= 0.5) & (wall[:, 1] < 0.59))]
+    thing = box(CORNER)
+    labels = objects(np.concatenate([thing, wall]))
+    most = [np.bincount(part).argmax() for part in (labels[: len(thing)], labels[len(thing) :])]
+    assert most[0] != most[1] and min(most) > 0
+    assert np.mean(labels[: len(thing)] == most[0]) > 0.9
+    assert np.mean(labels[len(thing) :] == most[1]) > 0.9
+
+
+def test_two_boxes_with_a_gap_are_two_objects() -> None:
+    labels = objects(np.concatenate([box(CORNER), box(CORNER + 0.2 * X)]))
+    assert len(np.unique(labels)) == 2
+
+
+def test_objects_are_unions_of_regions_and_counted_from_one() -> None:
+    rng = np.random.default_rng(1)
+    xyz = np.concatenate([box(CORNER), box(CORNER + [0.2, 0.05, 0.0])]) + rng.normal(scale=0.0004, size=(5400, 3))
+    seg = Pipeline(OBJECTS).run(Cloud(xyz, None, 1, len(xyz)))
+    for root in np.unique(seg.components.root):
+        assert len(np.unique(seg.labels[seg.components.root == root])) == 1
+    assert np.array_equal(np.unique(seg.labels[seg.labels > 0]), np.arange(1, len(seg.regions) + 1))
+    assert seg.regions.size.sum() == (seg.labels > 0).sum()
+
+
+def test_neither_order_nor_a_turn_about_the_sensor_matters() -> None:
+    rng = np.random.default_rng(2)
+    xyz = np.concatenate([box(CORNER), box(CORNER + 0.13 * X)]) + rng.normal(scale=0.0004, size=(5400, 3))
+    labels = objects(xyz)
+    order = rng.permutation(len(xyz))
+    np.testing.assert_array_equal(objects(xyz[order]), labels[order])
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    assert same_partition(objects(xyz @ turn.T), labels)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_borders_are_those_of_all_pairs(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    xyz, normals = rng.random((400, 3)) * [0.1, 0.1, 0.01], rng.normal(size=(400, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    region, reach, tolerance = rng.integers(0, 40, 400), 0.02, 0.1
+    loose = rng.random(400) < 0.1
+    normals[loose], region[loose] = np.nan, -1
+    tree = position_tree(xyz)
+    blocks, uniform = oriented_blocks(tree, xyz, normals), uniform_regions(tree, region)
+    found = find_borders(tree, blocks, region[tree.order], uniform, reach, tolerance, 0, 0)
+    a, b = cKDTree(xyz).query_pairs(reach, output_type="ndarray").T
+    judged = (region[a] != region[b]) & ~loose[a] & ~loose[b]
+    a, b = a[judged], b[judged]
+    apart = xyz[a] - xyz[b]
+    distance = np.linalg.norm(apart, axis=1)
+    opening = ((normals[a] - normals[b]) * apart).sum(axis=1)
+    expected: dict[tuple[int, int], list[float]] = {}
+    low_of, high_of = np.minimum(region[a], region[b]), np.maximum(region[a], region[b])
+    for low, high, d, o in zip(low_of, high_of, distance, opening, strict=True):
+        row = expected.setdefault((int(low), int(high)), [0.0, 0.0, np.inf])
+        row[0] += 1
+        row[1] += bool(o > -tolerance * d)
+        row[2] = min(row[2], d)
+    assert list(zip(found.first.tolist(), found.second.tolist(), strict=True)) == sorted(expected)
+    rows = np.array([expected[key] for key in sorted(expected)])
+    np.testing.assert_array_equal(np.column_stack([found.pairs, found.convex]), rows[:, :2])
+    np.testing.assert_allclose(found.nearest, rows[:, 2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("middle", [0.0, 1000.0])
+def test_turns_are_those_of_all_pairs(middle: float) -> None:
+    rng = np.random.default_rng(5)
+    xyz, normals = middle + rng.random((500, 3)) * [0.1, 0.1, 0.01], rng.normal(size=(500, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals[rng.random(500) < 0.1] = np.nan
+    normals[0] = np.nan
+    tree, radius, turn = position_tree(xyz), 0.015, np.empty(500)
+    mean_turns(tree, oriented_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
+    known = ~np.isnan(normals[:, 0])
+    for i in range(500):
+        apart = xyz[i] - xyz
+        near = known & (np.linalg.norm(apart, axis=1) <= radius)
+        opening = ((normals[i] - normals[near]) * apart[near]).sum()
+        expected = radius * opening / (apart[near] ** 2).sum() if known[i] and near.sum() > 1 else np.nan
+        np.testing.assert_allclose(turn[i], expected, rtol=1e-4, atol=1e-5)
+
+
+def test_the_turn_on_a_sphere_is_that_of_its_normals() -> None:
+    directions = np.random.default_rng(6).normal(size=(20_000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    tree, turn = position_tree(0.06 * directions), np.empty(20_000)
+    for sign in (1.0, -1.0):  # seen from outside, and from inside
+        blocks = oriented_blocks(tree, 0.06 * directions, sign * directions)
+        mean_turns(tree, blocks, 0.012, 0, len(tree.start), turn)
+        np.testing.assert_allclose(turn, sign * 0.2, rtol=1e-3)
+
+
+def bent(inwards: bool, bend: float = 0.012) -> Floats:
+    """Return two plates at a right angle, joined by an arc of radius `bend`, the edge towards or from the sensor."""
+    arc = bend * np.arange(0.0, np.pi / 2, 0.05)
+    along = np.concatenate([np.arange(-0.09, 0.0, 0.0015), arc, bend * np.pi / 2 + np.arange(0.0, 0.09, 0.0015)])
+    turned = np.clip(along / bend, 0.0, np.pi / 2) - np.pi / 4
+    before, behind = np.minimum(along, 0.0), np.maximum(along - bend * np.pi / 2, 0.0)
+    side = bend * np.sin(turned) + (before + behind) * np.sqrt(0.5)
+    depth = -bend * np.cos(turned) + (behind - before) * np.sqrt(0.5)
+    steps = np.arange(-0.045, 0.045, 0.0015)
+    a, row = (grid.ravel() for grid in np.meshgrid(steps, np.arange(len(along))))
+    return np.column_stack([side[row], a, 1.0 + (-depth if inwards else depth)[row]])
+
+
+def test_a_rounded_groove_parts_and_a_rounded_edge_does_not() -> None:
+    groove = objects(bent(inwards=True))
+    halves = [np.bincount(groove[side]).argmax() for side in (bent(True)[:, 0] < 0, bent(True)[:, 0] > 0)]
+    assert sorted(halves) == [1, 2] and (groove > 0).all()
+    assert (objects(bent(inwards=False)) == 1).all()
+    assert (objects(bent(inwards=True), OBJECTS.replace(object_groove_angle=180.0)) == 1).all()
+
+
+def test_points_continue_the_surface_that_they_lie_on() -> None:
+    # Of the two walls of a corner the one that the point lies on, though the other one is nearer.
+    floor, wall = face(np.zeros(3), X, Y) + [0.009, 0.0, 0.0], face(np.zeros(3), Z, Y) + [0.0, 0.0, 0.003]
+    xyz = np.concatenate([floor, wall, [[0.003, 0.045, 0.0]], [[5.0, 5.0, 5.0]]])
+    normals = np.repeat([Z, X, Z, Z], [len(floor), len(wall), 1, 1], axis=0)
+    region = np.repeat([0, 1, 2, 2], [len(floor), len(wall), 1, 1])
+    tree, points = position_tree(xyz), np.array([len(xyz) - 2, len(xyz) - 1])
+    for across, expected in ((0.0, 1), (3.0, 0)):
+        found = region.copy()
+        given = tree, xyz, normals, region, uniform_regions(tree, region), 2, 0.015, across, points
+        regions_along(*given, 0, 2, found)
+        assert found[-2:].tolist() == [expected, 2]
+
+
+def test_the_level_brings_its_own_parameters() -> None:
+    used = Params(level="objects", object_radius=0.02, radius=0.005, angle_threshold=30.0).of_level()
+    assert (used.features, used.max_radius, used.radius, used.angle_threshold) == ("normals", 0.02, 0.0, 4.0)
+    assert Params(angle_threshold=30.0).of_level().angle_threshold == 30.0
+    with pytest.raises(ParameterError, match="object_convexity"):
+        Params(object_convexity=0.3)
+
+
+@pytest.mark.parametrize("xyz", [np.zeros((0, 3)), np.ones((1, 3)), np.full((200, 3), 0.5), np.full((9, 3), np.nan)])
+def test_degenerate_clouds(xyz: Floats) -> None:
+    assert objects(xyz).shape == (len(xyz),)
+
+
+@pytest.mark.skipif(not LABELED.is_dir(), reason="needs ../shared/data")
+def test_objects_of_the_labelled_recording() -> None:
+    from topo_region_seg.offline.evaluation.run import evaluate
+    from topo_region_seg.offline.evaluation.source import Source, Task
+    from topo_region_seg.offline.evaluation.version import program_version
+
+    params = Params(level="objects")
+    source = Source("tabletop", str(LABELED))
+    frames = evaluate(Task(source, params, program_version(), 0, None, 12)).frames
+    mean = {name: np.mean([frame.measures[name] for frame in frames]) for name in ("wov", "fos", "fus")}
+    assert mean["wov"] > 0.975 and mean["fos"] < 0.017 and mean["fus"] < 0.02

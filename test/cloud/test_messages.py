@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from clouds import DRIVERS, TYPES, header, message, random_points, scene
+
+from topo_region_seg.cloud import messages
+from topo_region_seg.cloud.pointcloud2 import decode
+from topo_region_seg.data import Cloud
+from topo_region_seg.offline.bags.types import typestore
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
+
+CLOUD = "sensor_msgs/msg/PointCloud2"
+
+
+@pytest.fixture(scope="module")
+def segmented():
+    xyz, rgb = scene()
+    xyz[5] = np.nan
+    xyz[6] = 0.0
+    msg = message(xyz, rgb, driver=DRIVERS["zivid"], height=48, alpha=255)
+    cloud = decode(msg, max_points=10**6)
+    seg = Pipeline(Params(normal_radius=0.015)).run(cloud)
+    assert len(seg.regions) >= 2
+    return msg, cloud, seg
+
+
+def columns(msg):
+    record = np.dtype([(field.name, {7: "<f4", 6: "<u4"}[field.datatype]) for field in msg.fields])
+    assert record.itemsize == msg.point_step
+    return np.asarray(msg.data).view(record)
+
+
+def test_labeled_points_keep_header_order_and_color(segmented):
+    msg, cloud, seg = segmented
+    out = messages.labeled_points(TYPES, msg, cloud, seg)
+    assert out.header == msg.header
+    assert (out.height, out.width, out.point_step, out.is_dense) == (48, 64, 20, False)
+    assert [(f.name, f.offset, f.datatype, f.count) for f in out.fields] == [
+        ("x", 0, 7, 1), ("y", 4, 7, 1), ("z", 8, 7, 1), ("rgb", 12, 7, 1), ("label", 16, 6, 1),
+    ]  # fmt: skip
+    table = columns(out)
+    np.testing.assert_array_equal(np.stack([table[axis] for axis in "xyz"], axis=1), cloud.xyz)
+    bits = np.ascontiguousarray(table["rgb"]).view("<u4")
+    assert (bits >> 24 == 0).all()
+    np.testing.assert_array_equal(bits >> 16, cloud.rgb[:, 0])
+    np.testing.assert_array_equal(bits & 255, cloud.rgb[:, 2])
+    np.testing.assert_array_equal(table["label"], seg.labels)
+    assert table["label"][5] == table["label"][6] == 0
+
+
+def test_region_colors_are_those_of_the_boxes_and_dark_without_a_region(segmented):
+    msg, cloud, seg = segmented
+    out = messages.region_colors(TYPES, msg, cloud, seg)
+    usual = messages.labeled_points(TYPES, msg, cloud, seg)
+    assert (out.header, out.height, out.width, out.fields) == (usual.header, usual.height, usual.width, usual.fields)
+    for name in ("x", "y", "z", "label"):
+        np.testing.assert_array_equal(columns(out)[name], columns(usual)[name])
+    bits = np.ascontiguousarray(columns(out)["rgb"]).view("<u4")
+    rgb = np.column_stack([bits >> 16, bits >> 8 & 255, bits & 255])
+    assert (rgb[seg.labels == 0] == 48).all()
+    boxes = [m for m in messages.region_markers(TYPES, header(), seg).markers if m.ns == "boxes"]
+    assert len(boxes) == len(seg.regions) > 1
+    for box in boxes:
+        color = 255 * np.array([box.color.r, box.color.g, box.color.b])
+        np.testing.assert_allclose(rgb[seg.labels == box.id] - color, 0.0, atol=1e-3)
+
+
+def test_region_rows(segmented):
+    _, _, seg = segmented
+    out = messages.regions(TYPES, header(), seg)
+    table = columns(out)
+    assert len(table) == len(seg.regions)
+    for row, name in ((table[0], seg.regions[0]), (table[-1], seg.regions[-1])):
+        assert row["label"] == name.label and row["size"] == name.size
+        np.testing.assert_allclose([row["x"], row["y"], row["z"]], name.centroid, rtol=1e-6)
+        extent = np.subtract(name.maximum, name.minimum)
+        np.testing.assert_allclose([row["extent_x"], row["extent_y"], row["extent_z"]], extent, atol=1e-6)
+        np.testing.assert_allclose([row["L"], row["a"], row["b"]], name.mean_lab, rtol=1e-5)
+        np.testing.assert_allclose(row["persistence"], name.persistence, rtol=1e-6)
+
+
+def test_barcode_rows(segmented):
+    _, _, seg = segmented
+    table = columns(messages.barcode(TYPES, header(), seg))
+    assert len(table) == len(seg.barcode)
+    np.testing.assert_array_equal(table["death"], seg.barcode.death.astype(np.float32))
+    np.testing.assert_array_equal(table["label"], seg.barcode.label)
+    assert (table["birth"] == 0).all()
+
+
+def test_markers_delete_those_before_and_label_each_region(segmented):
+    _, _, seg = segmented
+    markers = messages.region_markers(TYPES, header(), seg).markers
+    assert markers[0].action == TYPES.Marker.DELETEALL
+    assert len(markers) == 2 + 2 * len(seg.regions)
+    assert (markers[-1].ns, markers[-1].text) == ("count", f"{len(seg.regions)} regions")
+    assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
+    box, text = markers[1:3]
+    assert (box.type, text.type, text.text) == (
+        TYPES.Marker.CUBE,
+        TYPES.Marker.TEXT_VIEW_FACING,
+        f"1 ({seg.regions[0].size})",
+    )
+    assert 0.0 < box.color.a < 1.0
+    region = seg.regions[0]
+    np.testing.assert_allclose(box.pose.position.x, (region.minimum[0] + region.maximum[0]) / 2)
+    assert min(box.scale.x, box.scale.y, box.scale.z) > 0.0
+
+
+def test_everything_serializes(segmented):
+    msg, cloud, seg = segmented
+    for kind, made in (
+        (CLOUD, messages.labeled_points(TYPES, msg, cloud, seg)),
+        (CLOUD, messages.region_colors(TYPES, msg, cloud, seg)),
+        (CLOUD, messages.regions(TYPES, header(), seg)),
+        (CLOUD, messages.barcode(TYPES, header(), seg)),
+        ("std_msgs/msg/UInt32", messages.region_count(TYPES, seg)),
+        ("visualization_msgs/msg/MarkerArray", messages.region_markers(TYPES, header(), seg)),
+    ):
+        typestore().deserialize_cdr(typestore().serialize_cdr(made, kind), kind)
+    assert messages.region_count(TYPES, seg).data == len(seg.regions)
+
+
+def test_empty_cloud():
+    xyz, rgb = random_points(0)
+    cloud = Cloud(xyz, rgb, 0, 7)
+    msg = message(xyz, rgb)
+    seg = Pipeline(Params()).run(cloud)
+    out = messages.labeled_points(TYPES, msg, cloud, seg)
+    assert (out.height, out.width, len(out.data)) == (0, 7, 0)
+    assert messages.regions(TYPES, header(), seg).width == 0
+    assert messages.barcode(TYPES, header(), seg).width == 0
+    assert len(messages.region_markers(TYPES, header(), seg).markers) == 1
+
+
+def test_rclpy_types_pass_their_field_checks(segmented, ros_domain):
+    pytest.importorskip("rclpy", reason="rclpy cannot be imported")
+    from topo_region_seg.ros.types import ros_types
+
+    types = ros_types()
+    _, cloud, seg = segmented
+    msg = types.PointCloud2()
+    assert len(messages.labeled_points(types, msg, cloud, seg).data) == 20 * len(cloud)
+    assert messages.regions(types, msg.header, seg).width == len(seg.regions)
+    assert messages.barcode(types, msg.header, seg).width == len(seg.barcode)
+    assert messages.region_count(types, seg).data == len(seg.regions)
+    assert len(messages.region_markers(types, msg.header, seg).markers) == 2 + 2 * len(seg.regions)

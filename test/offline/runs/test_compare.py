@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Comparing two runs."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from bag_maker import cloud_entries, write_mcap
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from PIL import Image
+from places import SIMULATED
+from sklearn.metrics import adjusted_rand_score
+
+from topo_region_seg.offline.cli.main import main
+from topo_region_seg.offline.runs.comparison import changed_points, compare
+from topo_region_seg.offline.runs.limits import Limits, broken, summary
+from topo_region_seg.offline.runs.run import open_run
+
+SIM = SIMULATED
+
+
+def replay(bag, out, *options):
+    assert main(["replay", str(bag), "-o", str(out), *options]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    return (
+        replay(SIM, folder / "a.mcap"),
+        replay(SIM, folder / "same.mcap"),
+        replay(SIM, folder / "b.mcap", "--set", "angle_threshold=9"),
+    )
+
+
+def command(*arguments):
+    return main(["compare", *map(str, arguments)])
+
+
+STRICT = "--max-region-change=0 --min-wov=1 --min-ari=1 --max-changed=0 --max-quality-loss=0 --max-unmatched=0"
+
+
+def test_the_same_run_twice_breaks_no_limit(runs, capsys):
+    assert command(runs[0], runs[1], *STRICT.split()) == 0
+    assert "6 frames in both, 6 with the same regions" in capsys.readouterr().out
+
+
+def test_other_parameters_break_limits_and_are_named(runs, capsys, tmp_path):
+    assert command(runs[0], runs[2]) == 0  # without limits every change will do
+    assert (
+        command(runs[0], runs[2], *STRICT.split(), "--json", tmp_path / "c.json", "--picture", tmp_path / "c.png") == 1
+    )
+    said = capsys.readouterr()
+    assert "parameter angle_threshold: 5.0 -> 9.0" in said.out
+    for limit in ("--max-region-change 0", "--min-wov 1", "--min-ari 1", "--max-changed 0"):
+        assert f"beyond the limit: {limit}: it is " in said.err
+    content = json.loads((tmp_path / "c.json").read_text())
+    assert len(content["beyond_limits"]) >= 4 and len(content["frames"]) == 6
+    with Image.open(tmp_path / "c.png") as picture:
+        assert len(set(picture.convert("RGB").resize((200, 200)).getdata())) > 100
+
+
+def test_each_figure_of_a_frame_is_that_of_an_independent_calculation(runs):
+    a, b = open_run(runs[0]), open_run(runs[2])
+    found = compare(a, b)
+    for change, frame_a, frame_b in zip(found.frames, a.frames(), b.frames(), strict=True):
+        valid = np.isfinite(frame_a.cloud.xyz).all(axis=1)
+        left, right = frame_a.labels[valid], frame_b.labels[valid]
+        inside = left > 0
+        assert change.ari == pytest.approx(adjusted_rand_score(left[inside], right[inside]), abs=1e-9)
+        overlap = 0.0
+        for label in np.unique(left[inside]):
+            region = left == label
+            counts = {other: np.sum(region & (right == other)) for other in np.unique(right[region]) if other}
+            best = max(counts, key=lambda other: (counts[other], np.sum(right == other)), default=0)
+            shared = counts.get(best, 0)
+            overlap += region.sum() * shared / (region.sum() + np.sum(right == best) - shared)
+        assert change.wov == pytest.approx(overlap / inside.sum(), abs=1e-9)
+        assert change.regions == (len(np.unique(left[inside])), len(np.unique(right[right > 0])))
+        assert change.ms["total"] == (frame_a.record.ms["total"], frame_b.record.ms["total"])
+
+
+labels = arrays(np.uint32, st.integers(1, 60), elements=st.integers(0, 4))
+
+
+@given(labels, st.permutations(range(1, 5)))
+def test_new_numbers_are_no_change(a, numbers):
+    renamed = np.array([0, *numbers], np.uint32)[a]
+    assert not changed_points(a, renamed).any()
+
+
+@given(labels, st.data())
+def test_what_did_not_change_pairs_each_region_with_one_other(a, data):
+    b = data.draw(arrays(np.uint32, len(a), elements=st.integers(0, 4)))
+    changed = changed_points(a, b)
+    assert not changed[(a == 0) & (b == 0)].any()
+    assert changed[(a == 0) != (b == 0)].all()
+    kept = ~changed & (a > 0)
+    # What is left pairs each region with one other: no region is in two pairs.
+    pairs = set(zip(a[kept].tolist(), b[kept].tolist(), strict=True))
+    assert len({left for left, _ in pairs}) == len({right for _, right in pairs}) == len(pairs)
+
+
+def test_a_split_region_changes_its_smaller_part():
+    a = np.array([1, 1, 1, 1, 1, 2, 2, 0], np.uint32)
+    b = np.array([7, 7, 7, 3, 3, 1, 1, 0], np.uint32)
+    assert changed_points(a, b).tolist() == [False] * 3 + [True] * 2 + [False] * 3
+
+
+def test_frames_are_matched_by_stamp_and_the_rest_is_said(tmp_path, capsys):
+    entries = cloud_entries(4)
+    a = replay(write_mcap(tmp_path / "in_a.mcap", entries[:3]), tmp_path / "a.mcap")
+    b = replay(write_mcap(tmp_path / "in_b.mcap", entries[1:]), tmp_path / "b.mcap")
+    found = compare(open_run(a), open_run(b))
+    assert [frame.index for frame in found.frames] == [(1, 0), (2, 1)]
+    assert len(found.only_a) == len(found.only_b) == 1
+    assert command(a, b, "--max-unmatched", 1) == 1
+    said = capsys.readouterr()
+    assert "only in RUN_A: 1 frame" in said.out and "only in RUN_B: 1 frame" in said.out
+    assert "--max-unmatched 1: it is 2" in said.err
+    assert command(a, b, "--max-unmatched", 2) == 0
+
+
+def test_equal_stamps_are_matched_in_order(tmp_path):
+    entries = cloud_entries(2)
+    bag = write_mcap(tmp_path / "in.mcap", [entries[0], entries[0], entries[1]])
+    found = compare(open_run(replay(bag, tmp_path / "a.mcap")), open_run(replay(bag, tmp_path / "b.mcap")))
+    assert [frame.index for frame in found.frames] == [(0, 0), (1, 1), (2, 2)]
+
+
+def test_limits_on_what_is_not_known_are_broken(tmp_path, capsys):
+    bag = write_mcap(tmp_path / "in.mcap", cloud_entries(2))
+    a, b = replay(bag, tmp_path / "a.mcap"), replay(bag, tmp_path / "b.mcap")
+    assert command(a, b, "--max-quality-loss", 1) == 1
+    assert "the truth is not known" in capsys.readouterr().err
+    empty = compare(
+        open_run(a), open_run(replay(write_mcap(tmp_path / "in2.mcap", cloud_entries(9)[5:]), tmp_path / "c"))
+    )
+    assert empty.frames == []
+    assert broken(empty, summary(empty), Limits(min_wov=0.0)) == ["--min-wov 0: there is nothing to compare"]
+
+
+@pytest.mark.parametrize(
+    "limit", ["--min-wov=nan", "--min-ari=nan", "--max-ms-ratio=0", "--max-unmatched=-1", "--max-changed=2", "--most=x"]
+)
+def test_limits_that_make_no_sense_are_refused(runs, capsys, limit):
+    assert command(runs[0], runs[1], limit) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_slower_run_is_told(runs):
+    a, b = open_run(runs[0]), open_run(runs[1])
+    for frame in b.record.frames:
+        frame.ms["total"] *= 1000.0
+    found = compare(a, b)
+    assert broken(found, summary(found), Limits(max_ms_ratio=5.0))
+    assert not broken(found, summary(found), Limits(max_ms_ratio=1e9))

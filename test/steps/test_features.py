@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Colors and normals against published values and brute force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracles import Array, unit
+from scipy.spatial.transform import Rotation
+
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.params import Params
+from topo_region_seg.steps.color import srgb_to_lab
+from topo_region_seg.steps.normals.estimate import estimate_normals
+
+# sRGB primaries and neutrals in CIELAB under D65, as published (two decimals).
+PUBLISHED = {
+    (255, 255, 255): (100.0, 0.0, 0.0),
+    (0, 0, 0): (0.0, 0.0, 0.0),
+    (255, 0, 0): (53.24, 80.09, 67.20),
+    (0, 255, 0): (87.73, -86.18, 83.18),
+    (0, 0, 255): (32.30, 79.19, -107.86),
+    (255, 255, 0): (97.14, -21.55, 94.48),
+    (119, 119, 119): (50.03, 0.0, 0.0),
+}
+
+
+def test_lab_of_published_colors() -> None:
+    rgb = np.array(list(PUBLISHED), np.uint8)
+    np.testing.assert_allclose(srgb_to_lab(rgb), np.array(list(PUBLISHED.values())), atol=0.012)
+
+
+def test_lab_rises_with_gray_and_is_neutral() -> None:
+    lab = srgb_to_lab(np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, axis=1))
+    assert (np.diff(lab[:, 0]) > 0.0).all()
+    np.testing.assert_allclose(lab[:, 1:], 0.0, atol=1e-3)
+
+
+def normals_of(xyz: Array, params: Params) -> Array:
+    return estimate_normals(xyz, position_tree(xyz), params)
+
+
+def brute_force_normals(xyz: Array, radius: float) -> Array:
+    normals = np.empty_like(xyz)
+    for i, point in enumerate(xyz):
+        near = xyz[np.linalg.norm(xyz - point, axis=1) <= radius]
+        normals[i] = np.linalg.eigh(np.cov(near.T, bias=True))[1][:, 0]
+        if normals[i] @ point > 0.0:
+            normals[i] *= -1.0
+    return normals
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_normals_equal_brute_force(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y = rng.random((2, 1500)) * 0.06
+    xyz = np.column_stack([x, y, 0.7 + 0.01 * np.sin(60.0 * x) * np.cos(40.0 * y) + rng.normal(0.0, 3e-4, 1500)])
+    xyz = Rotation.random(random_state=seed).apply(xyz)
+    params = Params(normal_radius=0.008, normal_min_neighbors=5)
+    cosine = (normals_of(xyz, params) * brute_force_normals(xyz, 0.008)).sum(axis=1)
+    assert cosine.min() > 1.0 - 1e-9
+
+
+def test_normals_face_the_sensor_and_are_unit() -> None:
+    rng = np.random.default_rng(0)
+    sphere = unit(rng.normal(size=(4000, 3)))
+    xyz = sphere * 0.1 + [0.0, 0.0, 1.0]
+    normals = normals_of(xyz, Params(normal_radius=0.02))
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-12)
+    assert ((normals * xyz).sum(axis=1) <= 0.0).all()
+    grazing = np.abs((sphere * unit(xyz)).sum(axis=1)) < 0.3
+    outward = np.sign(-(sphere * xyz).sum(axis=1))[:, None] * sphere
+    assert (normals * outward).sum(axis=1)[~grazing].min() > 0.97
+
+
+def test_sparse_points_take_their_nearest_and_lonely_ones_have_none() -> None:
+    near = np.array([[x, y, 1.0] for x in np.arange(5) * 0.02 for y in np.arange(5) * 0.02])
+    lonely = np.array([[3.0, 3.0, 1.0], [3.0, 3.001, 1.0]])
+    normals = normals_of(np.vstack([near, lonely]), Params(normal_radius=0.01, normal_min_neighbors=5))
+    np.testing.assert_allclose(normals[:25], np.tile([0.0, 0.0, -1.0], (25, 1)), atol=1e-12)
+    assert np.isnan(normals[25:]).all()
+
+
+@pytest.mark.parametrize(
+    "xyz",
+    [
+        np.tile([0.1, 0.2, 0.9], (50, 1)),
+        np.column_stack([np.linspace(0.0, 0.01, 50), np.zeros(50), np.ones(50)]),
+        np.outer(np.linspace(0.9, 0.91, 50), [0.0, 0.0, 1.0]),
+        np.outer(np.linspace(0.9, 0.91, 50), [0.5, 0.3, 1.0]),
+        np.tile([0.1, 0.2, 0.9], (50, 1)) + np.arange(150).reshape(50, 3) * 1e-20,
+    ],
+    ids=["coinciding", "line", "line through the sensor", "slanted line through the sensor", "1e-20 apart"],
+)
+def test_degenerate_neighborhoods_give_finite_normals(xyz: Array) -> None:
+    normals = normals_of(xyz, Params())
+    assert np.isfinite(normals).all()
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0)
+    assert ((normals * xyz).sum(axis=1) <= 1e-9).all()
+    np.testing.assert_array_equal(normals, normals_of(xyz, Params()))
+
+
+def test_no_points() -> None:
+    assert normals_of(np.zeros((0, 3)), Params()).shape == (0, 3)
+    assert srgb_to_lab(np.zeros((0, 3), np.uint8)).shape == (0, 3)

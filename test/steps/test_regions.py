@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Small regions, numbering and properties of regions, against plain Python."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracles import Points, random_points, same_partition
+
+from topo_region_seg.api import persistent_components
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.data import Components, Features
+from topo_region_seg.params import Params
+from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
+from topo_region_seg.steps.regions import describe_regions, number_regions
+from topo_region_seg.steps.small_regions import NEAREST, settle_small_regions
+
+
+def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarray:
+    """Smallest region first: join the region of the most alike of the nearest foreign points."""
+    region = root.copy()
+    limit = 2.0 * np.sin(np.radians(params.angle_threshold) / 2.0)
+    keys = np.column_stack([points.xyz, points.lab, points.normals])
+    stuck: set[int] = set()
+    while True:
+        names = [r for r in np.unique(region) if r not in stuck]
+        order = sorted((np.sum(region == r), *min(keys[region == r].tolist()), r) for r in names)
+        if not order or order[0][0] >= params.min_region_size:
+            return region
+        name = order[0][-1]
+        members = np.flatnonzero(region == name)
+        p = min(members, key=lambda i: keys[i].tolist())
+        foreign = np.flatnonzero(region != name)
+        if len(foreign) == 0:
+            stuck.add(name)
+            continue
+        offset = points.xyz[foreign] - points.xyz[p]
+        d2 = offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2
+        near = sorted(zip(d2, keys[foreign].tolist(), foreign, strict=True))[:NEAREST]
+        difference = [
+            np.sum((points.lab[q] - points.lab[p]) ** 2) / params.color_threshold**2
+            + np.sum((points.normals[q] - points.normals[p]) ** 2) / limit**2
+            for _, _, q in near
+        ]
+        best = near[int(np.argmin(difference))][2]
+        region[members] = region[best]
+
+
+def settle(xyz: np.ndarray, features: Features, root: np.ndarray, weight: np.ndarray, params: Params) -> np.ndarray:
+    channels = homogeneity_channels(xyz, features.lab, features.normals, params)
+    return settle_small_regions(channels, position_tree(xyz), root, weight, criterion(params), params)
+
+
+def roots(points: Points, params: Params) -> np.ndarray:
+    return persistent_components(points.xyz, points.lab, points.normals, params).root
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("min_size", [2, 6, 40])
+def test_merging_equals_plain_python(seed: int, min_size: int) -> None:
+    points, params = random_points(seed, 120), Params(max_radius=0.012, min_region_size=min_size)
+    root = roots(points, params)
+    region = settle(points.xyz, Features(points.lab, points.normals), root, np.ones(120, int), params)
+    assert same_partition(region, merge_by_hand(points, root, params))
+    sizes = np.bincount(region)
+    assert sizes.min() >= min_size or len(sizes) == 1
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_merging_does_not_depend_on_the_order(seed: int) -> None:
+    points, params = random_points(seed, 900), Params(max_radius=0.01, min_region_size=30)
+    order = np.random.default_rng(seed).permutation(900)
+    shuffled, ones = points.take(order), np.ones(900, int)
+    region = settle(points.xyz, Features(points.lab, points.normals), roots(points, params), ones, params)
+    again = settle(shuffled.xyz, Features(shuffled.lab, shuffled.normals), roots(shuffled, params), ones, params)
+    assert same_partition(region[order], again)
+
+
+def test_removing_takes_the_label_of_small_regions_only() -> None:
+    points, params = random_points(1, 900), Params(max_radius=0.01, min_region_size=30, small_regions="remove")
+    root = roots(points, params)
+    region = settle(points.xyz, Features(points.lab, points.normals), root, np.ones(900, int), params)
+    sizes = np.bincount(root, minlength=900)
+    np.testing.assert_array_equal(region == -1, sizes[root] < 30)
+    assert same_partition(region[region >= 0], root[region >= 0])
+
+
+def test_size_counts_the_input_points_that_a_point_stands_for() -> None:
+    xyz = np.array([[0.0, 0.0, 1.0], [0.5, 0.0, 1.0], [1.0, 0.0, 1.0]])
+    params = Params(features="color", min_region_size=10, small_regions="remove")
+    region = settle(xyz, Features(np.zeros((3, 3)), None), np.arange(3), np.array([9, 10, 11]), params)
+    np.testing.assert_array_equal(region, [-1, 0, 1])
+
+
+def test_a_region_alone_stays_however_small() -> None:
+    features, root = Features(np.zeros((3, 3)), None), np.zeros(3, int)
+    region = settle(np.eye(3) * 0.001, features, root, np.ones(3, int), Params(features="color"))
+    np.testing.assert_array_equal(region, [0, 0, 0])
+
+
+def test_numbers_go_by_size_then_by_coordinates() -> None:
+    xyz = np.array([[5, 0, 0], [4, 0, 0], [1, 2, 0], [1, 3, 0], [9, 9, 9], [0, 0, 0], [0, 0, 1], [7, 7, 7]], float)
+    region = np.array([2, 2, 0, 0, -1, 1, 1, 1])
+    np.testing.assert_array_equal(number_regions(xyz, region, np.ones(8, int)), [3, 3, 2, 2, 0, 1, 1, 1])
+    weight = np.array([1, 9, 1, 1, 1, 1, 1, 1])
+    np.testing.assert_array_equal(number_regions(xyz, region, weight), [1, 1, 3, 3, 0, 2, 2, 2])
+
+
+def test_properties_of_regions() -> None:
+    rng = np.random.default_rng(0)
+    n = 500
+    xyz, lab = rng.random((n, 3)), rng.random((n, 3)) * 100.0
+    normals = random_points(0, n).normals
+    labels = rng.integers(0, 5, n).astype(np.uint32)
+    weight = rng.integers(1, 4, n)
+    death = np.where(rng.random(n) < 0.2, np.inf, rng.random(n) * 0.02)
+    table = describe_regions(
+        xyz, Features(lab, normals), labels, weight, Components(np.zeros(n, int), np.zeros(n, int), death, 0.02)
+    )
+    assert len(table) == 4
+    for region in table:
+        mine = labels == region.label
+        assert region.size == weight[mine].sum()
+        np.testing.assert_allclose(region.centroid, np.average(xyz[mine], axis=0, weights=weight[mine]))
+        np.testing.assert_allclose(region.mean_lab, np.average(lab[mine], axis=0, weights=weight[mine]))
+        np.testing.assert_array_equal(region.minimum, xyz[mine].min(axis=0))
+        np.testing.assert_array_equal(region.maximum, xyz[mine].max(axis=0))
+        assert np.linalg.norm(region.mean_normal) == pytest.approx(1.0)
+        assert region.persistence == pytest.approx(0.02 - death[mine & np.isfinite(death)].max())
+    with pytest.raises(IndexError):
+        table[4]
+
+
+def test_no_regions() -> None:
+    table = describe_regions(
+        np.ones((3, 3)),
+        Features(None, None),
+        np.zeros(3, np.uint32),
+        np.ones(3, int),
+        Components(np.zeros(3, int), np.zeros(3, int), np.zeros(3), 1.0),
+    )
+    assert len(table) == 0
+    assert list(table) == []

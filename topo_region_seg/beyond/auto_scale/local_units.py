@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Lengths in units of the spacing and the noise that the sensor leaves, which grow with the distance.
+
+A camera's points are as far apart as the pixel's angle times the depth. In the coordinates (x/z, y/z, ln z) that
+spacing is the same everywhere, so one radius serves near and far things alike. Where points lie closer than
+REFERENCE_SPACING all lengths are what they say: things near by have the regions that they have there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from topo_region_seg.beyond.auto_scale.view import evened, grid_figures, growths, seen_from
+from topo_region_seg.compiled.sampling import sample_rows
+from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.params import REFERENCE_SPACING, Params
+
+WIDEST = 60.0
+"""Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
+NEAREST = 0.05
+"""Least distance of a camera's point, metres."""
+SAMPLE = 2_000
+"""About how many points tell where the camera looks and, where there is no image grid, the spacing and the noise."""
+PAIRS = 20_000
+"""About how many points of an image grid tell them."""
+APART = 4
+"""Pixels between the points whose inverse depths tell the noise: as far as points in the neighborhood of a normal are
+apart, since cameras smooth over a few pixels."""
+AROUND = 48
+"""Nearest points whose inverse depths tell the noise where there is no image grid: those up to three pixels away."""
+WIDEN = 3.0
+"""How many times as long noise may make the radius of normals. More would reach around most things on a table."""
+CLEAR = 2.5
+"""How many times the noise points must be from the support plane."""
+
+
+@dataclass(frozen=True)
+class LocalUnits:
+    """How lengths grow with the distance, and the coordinates in which they do not.
+
+    Parameters
+    ----------
+    axes : (3, 3) float64
+        Orthonormal; rows are the image's right, down, and the middle of the view, in the sensor frame.
+    depth : float
+        Depth from which on lengths grow with it, metres: points are REFERENCE_SPACING apart there; inf: they do not.
+    everywhere : float
+        How many times as long lengths are at the least, whatever the depth; 1 unless `depth` is inf.
+    noise : float
+        Standard deviation of the inverse depth, 1/m. That of the depth is its square times as much.
+    middle : float
+        Median depth of the cloud, metres.
+    """
+
+    axes: FloatArray
+    depth: float
+    everywhere: float = 1.0
+    noise: float = 0.0
+    middle: float = 0.0
+
+    def growth(self, xyz: FloatArray) -> FloatArray:
+        """Return how many times as long as they say lengths are at positions (N, 3), metres; (N,), at least 1."""
+        return growths(xyz, self.axes[2], self.depth, self.everywhere)
+
+    def at(self, xyz: FloatArray) -> FloatArray:
+        """Return positions (N, 3), metres, in coordinates in which lengths are what they say; `xyz` where they are."""
+        if np.max(self.growth(xyz), initial=1.0) == 1.0:
+            return xyz
+        return xyz / self.everywhere if math.isinf(self.depth) else evened(xyz, self.axes, self.depth)
+
+    def normal_radius(self, xyz: FloatArray, params: Params) -> FloatArray:
+        """Return the radius of the neighborhood that gives each point (N, 3) its normal, (N,), metres.
+
+        It grows as all lengths do, and as far as noise needs it.
+        """
+        radius = params.normal_radius * self.growth(xyz)
+        return np.maximum(radius, np.minimum(self.noise_radius(xyz, params), WIDEN * radius))
+
+    def noise_radius(self, xyz: FloatArray, params: Params) -> FloatArray:
+        """Return the radius from which on noise turns normals by less than half of `angle_threshold`, (N,), metres.
+
+        So two normals of the same plane agree. A plane through n points of noise s, in a disk of radius r, is turned by
+        2 s / (r sqrt(n)), where n = pi (r / spacing)^2. Thinning leaves that as it is: means of k points are farther
+        apart by the root of k, and less noisy by as much.
+        """
+        allowed = math.radians(params.angle_threshold) / 2.0
+        if self.noise == 0.0 or allowed == 0.0:
+            return np.zeros(len(xyz))
+        depth = self.depth * growths(xyz, self.axes[2], self.depth, 0.0)
+        spacing = REFERENCE_SPACING / self.depth * depth
+        radius: FloatArray = np.sqrt(2.0 / math.sqrt(math.pi) * self.noise * depth**2 * spacing / allowed)
+        return radius
+
+    def floor_distance(self, params: Params) -> float:
+        """Return how near to the support plane points belong to it, metres: as far as noise takes them."""
+        return max(params.floor_distance * self.everywhere, CLEAR * self.noise * self.middle**2)
+
+
+def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> LocalUnits:
+    """Return the local units of a cloud.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        Valid positions, metres, in the sensor frame.
+    rows : (N,) int64
+        Their pixels; neighbors in a row are neighbors in the image where `height` is above 1.
+    width, height : int
+        Size of the image grid.
+    """
+    sample = xyz[sample_rows(xyz, SAMPLE, 0)]
+    if len(sample) < 2:
+        return LocalUnits(np.eye(3), math.inf)
+    distance = np.maximum(np.linalg.norm(sample, axis=1), 1e-12)
+    axes = _axes(sample / distance[:, None])
+    depth = seen_from(sample, axes)[:, 2]
+    if np.min(distance) < NEAREST or np.min(depth / distance) < math.cos(math.radians(WIDEST)):
+        spacing = float(np.median(cKDTree(xyz).query(sample, k=2)[0][:, 1]))
+        return LocalUnits(np.eye(3), math.inf, max(1.0, spacing / REFERENCE_SPACING))
+    angle, noise = _in_grid(xyz, rows, width, axes) if height > 1 else _in_tree(xyz, sample, axes)
+    return LocalUnits(axes, REFERENCE_SPACING / angle if angle > 0.0 else math.inf, 1.0, noise, float(np.median(depth)))
+
+
+def _in_grid(xyz: FloatArray, rows: IntArray, width: int, axes: FloatArray) -> tuple[float, float]:
+    """Return the angle of a pixel, radians, and the noise of the inverse depth, 1/m, from neighbors in the image."""
+    angles, bends = grid_figures(xyz, rows, width, axes, APART, max(1, len(xyz) // PAIRS))
+    if len(angles) == 0 or len(bends) == 0:
+        return float(np.median(angles)) if len(angles) else 0.0, 0.0
+    # Of normal noise the median is 0.6745 times the deviation; that of a bend is sqrt(6) times that of a point. What is
+    # no plane makes for wide bends, but by far not for half of them.
+    return float(np.median(angles)), float(np.median(bends)) / 0.6745 / math.sqrt(6.0)
+
+
+def _in_tree(xyz: FloatArray, sample: FloatArray, axes: FloatArray) -> tuple[float, float]:
+    """Return what `_in_grid` does, from planes through the nearest points in the image."""
+    seen = seen_from(xyz, axes)
+    image = seen[:, :2] / seen[:, 2:]
+    some = seen_from(sample, axes)
+    near, found = cKDTree(image).query(some[:, :2] / some[:, 2:], k=min(AROUND + 1, len(xyz)))
+    angle = float(np.median(near[:, 1]))
+    if near.shape[1] <= AROUND or not angle > 0.0:
+        return angle, 0.0
+    offset = (image[found] - image[found[:, :1]]) / angle
+    plane = np.concatenate([offset, np.ones_like(offset[:, :, :1])], axis=2)
+    inverse = 1.0 / seen[found, 2:]
+    rest = inverse - plane @ (np.linalg.pinv(plane) @ inverse)
+    return angle, math.sqrt(float(np.median((rest**2).sum(axis=(1, 2)))) / (AROUND - 2))
+
+
+def _axes(directions: FloatArray) -> FloatArray:
+    """Return the axes whose third is the middle of the view; those of the sensor where that looks along z."""
+    middle = directions.mean(axis=0)
+    middle /= max(float(np.linalg.norm(middle)), 1e-12)
+    if middle[2] > math.cos(math.radians(WIDEST / 2.0)):
+        return np.eye(3)
+    side = np.cross(middle, np.eye(3)[int(np.argmin(np.abs(middle)))])
+    side /= np.linalg.norm(side)
+    return np.array([side, np.cross(middle, side), middle])

@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Points as a camera sees them: depths, the pixel's angle and the noise, and coordinates in which lengths grow.
+
+Kernels, as numpy's products of matrices keep threads of their own, which then wait busily where ours want to run.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.data import FloatArray, IntArray
+
+
+@kernel
+def seen_from(xyz: FloatArray, axes: FloatArray) -> FloatArray:
+    """Return positions (N, 3) in the frame whose axes are the rows of `axes` (3, 3)."""
+    xyz, axes = borrowed(xyz), borrowed(axes)
+    seen = np.empty((len(xyz), 3))
+    for i in range(len(xyz)):
+        for a in range(3):
+            seen[i, a] = axes[a, 0] * xyz[i, 0] + axes[a, 1] * xyz[i, 1] + axes[a, 2] * xyz[i, 2]
+    return seen
+
+
+@kernel
+def growths(xyz: FloatArray, axis: FloatArray, depth: float, least: float) -> FloatArray:
+    """Return the depth of points (N, 3) along `axis` (3,) as a multiple of `depth`, (N,); at least `least`."""
+    xyz, axis = borrowed(xyz), borrowed(axis)
+    growth = np.empty(len(xyz))
+    for i in range(len(xyz)):
+        z = axis[0] * xyz[i, 0] + axis[1] * xyz[i, 1] + axis[2] * xyz[i, 2]
+        growth[i] = max(z / depth, least)
+    return growth
+
+
+@kernel
+def evened(xyz: FloatArray, axes: FloatArray, depth: float) -> FloatArray:
+    """Return positions (N, 3) in a camera's frame, but beyond `depth` in (x/z, y/z, ln z) times `depth`.
+
+    The one goes over into the other without a step.
+    """
+    even = seen_from(xyz, axes)
+    for i in range(len(even)):
+        growth = even[i, 2] / depth
+        if growth > 1.0:
+            even[i, 0] /= growth
+            even[i, 1] /= growth
+            even[i, 2] = depth * (1.0 + math.log(growth))
+    return even
+
+
+@kernel
+def grid_figures(
+    xyz: FloatArray, rows: IntArray, width: int, axes: FloatArray, apart: int, step: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return angles (A,) between pixels beside each other, and bends (B,), 1/m, of lines in the image.
+
+    A bend is how far the inverse depths of three points, each `apart` pixels from the next in a row of the image, are
+    from equal steps, as on a plane they are. Of the points (N, 3), at pixels `rows` (N,), every `step`-th is looked at.
+    """
+    xyz, rows, axes = borrowed(xyz), borrowed(rows), borrowed(axes)
+    n = len(xyz)
+    angles, bends = np.empty(n // step + 1), np.empty(n // step + 1)
+    n_angles, n_bends = 0, 0
+    for i in range(0, n - 1, step):
+        column = rows[i] % width
+        u, v, inverse = pictured(xyz, i, axes)
+        if rows[i + 1] == rows[i] + 1 and column + 1 < width:
+            u_next, v_next, _ = pictured(xyz, i + 1, axes)
+            angles[n_angles] = math.hypot(u_next - u, v_next - v)
+            n_angles += 1
+        middle, far = i + apart, i + 2 * apart
+        if far < n and rows[far] == rows[i] + 2 * apart and column + 2 * apart < width:
+            _, _, inverse_middle = pictured(xyz, middle, axes)
+            _, _, inverse_far = pictured(xyz, far, axes)
+            bends[n_bends] = abs(inverse - 2.0 * inverse_middle + inverse_far)
+            n_bends += 1
+    return angles[:n_angles].copy(), bends[:n_bends].copy()
+
+
+@kernel
+def pictured(xyz, i, axes):  # type: ignore[no-untyped-def]
+    """Return where a point is in the image at depth 1, and its inverse depth."""
+    x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+    inverse = 1.0 / (axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z)
+    u = (axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z) * inverse
+    v = (axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z) * inverse
+    return u, v, inverse

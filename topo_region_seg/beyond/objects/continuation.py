@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which region's surface a point in a groove continues."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.nearest import comes_before, point_gap
+from topo_region_seg.data import FloatArray, IntArray
+
+
+@kernel
+def regions_along(
+    tree: Tree,
+    xyz: FloatArray,
+    normals: FloatArray,
+    region: IntArray,
+    uniform: IntArray,
+    nobody: int,
+    reach: float,
+    across: float,
+    points: IntArray,
+    first: int,
+    end: int,
+    found: IntArray,
+) -> None:
+    """Write into `found` (N,) the region whose surface ``points[first:end]`` continue best.
+
+    It is that of the point up to `reach` (m) away with the smallest distance, of which what lies along its own normal
+    (N, 3) counts `across` times more. `region` (N,) is that of each point and `uniform` (K,) that of all points of a
+    node, or -1; points in region `nobody` are no candidates. Where there are none, `found` keeps what it has.
+    """
+    tree, xyz, normals = borrowed(tree), borrowed(xyz), borrowed(normals)
+    region, uniform = borrowed(region), borrowed(uniform)
+    stack = np.empty(128, np.int64)
+    for point in points[first:end]:
+        best, choice = np.inf, -1
+        stack[0], top = 0, 1
+        while top:
+            top -= 1
+            node = stack[top]
+            if uniform[node] == nobody or point_gap(tree, node, xyz, point) > min(best, reach * reach):
+                continue
+            right = tree.right[node]
+            if right:
+                stack[top], stack[top + 1] = right, node + 1
+                top += 2
+                continue
+            for row in range(tree.start[node], tree.stop[node]):
+                other = tree.order[row]
+                d2, rise = 0.0, 0.0
+                for c in range(3):
+                    d2 += (xyz[point, c] - xyz[other, c]) ** 2
+                    rise += (xyz[point, c] - xyz[other, c]) * normals[other, c]
+                if region[other] == nobody or d2 > reach * reach:
+                    continue
+                d2 += (across * rise) ** 2
+                if d2 < best or (d2 == best and comes_before(xyz, other, choice)):
+                    best, choice = d2, other
+        if choice >= 0:
+            found[point] = region[choice]

@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A balanced kd-tree over points with any number of channels, in leaves of eight points.
+
+Nodes are numbered in preorder: the left child of node ``k`` is ``k + 1``, the right one ``right[k]``, and
+``right[k] == 0`` marks a leaf. Children come after their parents, so a descending loop is bottom-up. Every
+leaf but the last holds exactly `LEAF` points: the points of leaf ``k`` are rows ``start[k]:stop[k]`` of
+`order`, and it is leaf number ``start[k] // LEAF``. The nodes and their rows depend on the number of points
+alone; only the order of the points depends on where they are.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.lanes import gap_of_four
+from topo_region_seg.compiled.threads import side_by_side
+from topo_region_seg.data import FloatArray, IndexArray
+
+LEAF = 8
+SAMPLE = 16  # points by which a node judges along which channel it is widest
+SLACK = 1.0 - 1e-6  # keeps box distances below the true ones in spite of rounding
+DEEP = 512  # pairs of nodes that may wait: three a level of the tree at most
+
+
+class Tree(NamedTuple):
+    """Arrays of a tree over N points with D channels and K nodes.
+
+    Channels come in threes (position, color, normal), which a box keeps in four cells each, the last one zero:
+    W = 4 D / 3.
+    """
+
+    order: IndexArray  # (N,) point ids in tree order
+    start: IndexArray  # (K,) first row of the node in `order`
+    stop: IndexArray  # (K,) end of the node's rows
+    right: IndexArray  # (K,) right child; 0 in leaves
+    boxes: npt.NDArray[np.float32]  # (K * 2 W,) node after node: lower, then upper bounds, rounded outwards
+
+
+def position_tree(xyz: FloatArray) -> Tree:
+    """Build the tree of positions (N, 3), metres."""
+    return build_tree(xyz, np.ones(3))
+
+
+def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | None = None) -> Tree:
+    """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
+
+    Channels from the fourth on are features. With the tree `by_position` of the first three, which must weigh the
+    same, only nodes that are widest in a feature, and those below, are split anew.
+    """
+    n, d = channels.shape
+    n_leaves = (n + LEAF - 1) // LEAF
+    n_nodes = max(2 * n_leaves - 1, 0)
+    boxes = np.zeros(n_nodes * 2 * box_width(d), np.float32)
+    if by_position is None:
+        start, stop, right = np.zeros((3, n_nodes), np.int32)
+        tree = Tree(np.arange(n, dtype=np.int32), start, stop, right, boxes)
+    else:
+        tree = by_position._replace(order=by_position.order.copy(), boxes=boxes)
+    if n == 0:
+        return tree
+    tree.stop[0] = n
+    columns = np.ascontiguousarray(channels.T)
+    keys = np.empty(n)
+    given = by_position is not None
+    given = split_nodes(tree, columns, weights, keys, 0, 1, given)
+    right = int(tree.right[0])
+    if right:
+        # Each half is a run of nodes of its own.
+        halves = [(1, right), (right, n_nodes)]
+        side_by_side(split_nodes, [(tree, columns, weights, keys, first, end, given) for first, end in halves])
+        join_box(tree.boxes, box_width(d), 0, 1, right)
+    return tree
+
+
+@kernel
+def split_nodes(
+    tree: Tree, columns: FloatArray, weights: FloatArray, keys: FloatArray, first_node: int, end_node: int, given: bool
+) -> bool:
+    """Split the nodes of a subtree, first_node..end_node, then fill the boxes from the leaves up.
+
+    Where the nodes are `given` already split by position, those that are widest in position are left as they are.
+    Returns whether the last node was.
+    """
+    tree, columns, weights, keys = borrowed(tree), borrowed(columns), borrowed(weights), borrowed(keys)
+    d, width = len(columns), box_width(len(columns))
+    anew_until = 0 if given else end_node
+    for k in range(first_node, end_node):
+        start, stop = tree.start[index(k)], tree.stop[index(k)]
+        leaves = (stop - start + LEAF - 1) // LEAF
+        if leaves <= 1:
+            continue
+        widest = _widest(columns, tree.order, start, stop, weights)
+        if k >= anew_until:
+            if widest < 3:
+                continue
+            anew_until = k + 2 * leaves - 1
+        middle = start + (leaves + 1) // 2 * LEAF
+        column = columns[widest]
+        for row in range(start, stop):
+            keys[index(row)] = column[index(tree.order[index(row)])]
+        _select(keys, tree.order, start, stop - 1, middle)
+        right = k + 2 * ((leaves + 1) // 2)
+        tree.right[k] = right
+        tree.start[k + 1], tree.stop[k + 1] = start, middle
+        tree.start[right], tree.stop[right] = middle, stop
+    if end_node == 1 and tree.right[0]:
+        return anew_until == 0
+    for k in range(end_node - 1, first_node - 1, -1):
+        if tree.right[k]:
+            join_box(tree.boxes, width, k, k + 1, tree.right[k])
+            continue
+        for c in range(d):
+            low, high = np.inf, -np.inf
+            for row in range(tree.start[k], tree.stop[k]):
+                value = columns[c, index(tree.order[index(row)])]
+                # A channel that holds a NaN is unbounded, as a NaN may meet anything.
+                low = -np.inf if np.isnan(value) else min(low, value)
+                high = np.inf if np.isnan(value) else max(high, value)
+            cell = k * 2 * width + c // 3 * 4 + c % 3
+            tree.boxes[index(cell)] = low - abs(low) * 1.2e-7
+            tree.boxes[index(cell + width)] = high + abs(high) * 1.2e-7
+    return False
+
+
+@inlined
+def box_width(channels):  # type: ignore[no-untyped-def]
+    """Return the number of cells of a box's lower bounds."""
+    return channels // 3 * 4
+
+
+@kernel
+def join_box(boxes, width, node, left, right):  # type: ignore[no-untyped-def]
+    """Bound a node by the boxes of its children."""
+    node, left, right = node * 2 * width, left * 2 * width, right * 2 * width
+    for c in range(width):
+        boxes[index(node + c)] = min(boxes[index(left + c)], boxes[index(right + c)])
+    for c in range(width, 2 * width):
+        boxes[index(node + c)] = max(boxes[index(left + c)], boxes[index(right + c)])
+
+
+@inlined
+def box_gap(boxes, channels, a, b, three):  # type: ignore[no-untyped-def]
+    """Return a lower bound of the squared distance of two boxes in one `three` of the channels, from 0."""
+    width = box_width(channels)
+    cell = 4 * three
+    return np.float64(gap_of_four(boxes, a * 2 * width + cell, b * 2 * width + cell, width)) * SLACK
+
+
+@kernel
+def _widest(columns, order, start, stop, weights):  # type: ignore[no-untyped-def]
+    """Return the channel along which a sample of the rows, times the weights, spreads most."""
+    best, axis = -1.0, 0
+    taken = min(SAMPLE, stop - start)
+    step = (stop - start) // taken
+    sample = np.empty(SAMPLE, np.int64)
+    for s in range(taken):
+        sample[s] = order[index(start + s * step)]
+    for c in range(len(weights)):
+        low, high = np.inf, -np.inf
+        for s in range(taken):
+            value = columns[c, index(sample[s])]
+            low, high = min(low, value), max(high, value)
+        width = (high - low) * weights[c]
+        if width > best:  # false for NaN
+            best, axis = width, c
+    return axis
+
+
+@kernel
+def _select(keys, order, left, right, k):  # type: ignore[no-untyped-def]
+    """Partition rows left..right (inclusive) so that rows before k hold the smaller keys (Hoare's selection)."""
+    while left < right:
+        middle = (left + right) // 2
+        a, b, c = keys[left], keys[middle], keys[right]
+        pivot = max(min(a, b), min(max(a, b), c))
+        i, j = left, right
+        while i <= j:
+            while keys[index(i)] < pivot:
+                i += 1
+            while keys[index(j)] > pivot:
+                j -= 1
+            if i <= j:
+                p, q = index(i), index(j)
+                keys[p], keys[q] = keys[q], keys[p]
+                order[p], order[q] = order[q], order[p]
+                i += 1
+                j -= 1
+        if k <= j:
+            right = j
+        elif k >= i:
+            left = i
+        else:
+            return
+
+
+@inlined
+def node_gap(boxes, p, q):  # type: ignore[no-untyped-def]
+    """Return at most the squared distance of the boxes of two nodes."""
+    gap = 0.0
+    for c in range(3):
+        below = np.float64(boxes[index(8 * p + c)]) - np.float64(boxes[index(8 * q + 4 + c)])
+        above = np.float64(boxes[index(8 * q + c)]) - np.float64(boxes[index(8 * p + 4 + c)])
+        apart = max(0.0, below, above)
+        gap += apart * apart
+    return gap * SLACK

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A partition of the points into regions: numbers, sizes, first points, and the tree nodes that lie in one region."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.nearest import comes_before
+from topo_region_seg.data import FloatArray, IntArray
+
+
+@kernel
+def count_off(root: IntArray, weight: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the region (N,) of every point, counted from 0 in the order of appearance, and their weights (R,).
+
+    `root` (N,) is the same number below N for the points of a region.
+    """
+    number = np.full(len(root), -1)
+    region = np.empty(len(root), np.int64)
+    size = np.zeros(len(root), np.int64)
+    count = 0
+    for i in range(len(root)):
+        r = index(root[i])
+        if number[r] < 0:
+            number[r] = count
+            count += 1
+        region[i] = number[r]
+        size[index(number[r])] += weight[i]
+    return region, size[:count].copy()
+
+
+@kernel
+def first_points(channels: FloatArray, region: IntArray, n_regions: int) -> IntArray:
+    """Return for each region the point that comes first in the order of its channels (x, y, z, then features).
+
+    Points whose region is below 0 are in none.
+    """
+    channels, region = borrowed(channels), borrowed(region)
+    first = np.full(n_regions, -1)
+    for point in range(len(region)):
+        if region[point] < 0:
+            continue
+        r = index(region[point])
+        if first[r] < 0 or comes_before(channels, point, first[r]):
+            first[r] = point
+    return first
+
+
+@kernel
+def region_sizes(region: IntArray, weight: IntArray, n_regions: int) -> IntArray:
+    """Return the sum of the weights of each region's points, (R,)."""
+    region, weight = borrowed(region), borrowed(weight)
+    size = np.zeros(n_regions, np.int64)
+    for point in range(len(region)):
+        if region[point] >= 0:
+            size[index(region[point])] += weight[point]
+    return size
+
+
+@kernel
+def uniform_regions(tree: Tree, region: IntArray) -> IntArray:
+    """Return for each node the region that all its points belong to, or -1."""
+    uniform = np.full(len(tree.start), -1)
+    for node in range(len(uniform) - 1, -1, -1):
+        right = tree.right[node]
+        if right:
+            if uniform[node + 1] == uniform[right]:
+                uniform[node] = uniform[right]
+            continue
+        only = region[index(tree.order[index(tree.start[node])])]
+        for row in range(tree.start[node] + 1, tree.stop[node]):
+            if region[index(tree.order[index(row)])] != only:
+                only = -1
+                break
+        uniform[node] = only
+    return uniform

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The clouds of a recording: which topic they are on, and the messages decoded."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from rosbags.typesys import get_types_from_msg
+
+from topo_region_seg.cloud.layout import CHANNELS, COORDINATES, CloudFormatError
+from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.offline.bags.types import typestore
+
+POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
+_PARTS = (POINT_CLOUD, "sensor_msgs/msg/PointField", "std_msgs/msg/Header")
+
+
+def cloud_topic(reader: BagReader, wanted: str | None = None) -> Topic:
+    """Return the topic of the clouds to segment.
+
+    Without `wanted` it is the only topic of point clouds; if there are several, the only one whose clouds have x, y
+    and z; of several such, the only one that is not labeled yet; of several such, the only one with color.
+
+    Raises
+    ------
+    BagError
+        There is none, the wanted one is not there or of another type, or there are several; the message lists what
+        could be asked for.
+    """
+    clouds = [topic for topic in reader.topics if topic.type == POINT_CLOUD and topic.count]
+    if wanted is not None:
+        return _wanted(reader, clouds, wanted)
+    if not clouds:
+        if reader.truncated and not reader.topics:
+            raise BagError(f"{reader.path}: is cut short before its first whole message; record it again")
+        other = ", ".join(f"{topic.name} ({topic.type})" for topic in reader.topics[:8]) or "nothing"
+        raise BagError(f"{reader.path}: has no clouds ({POINT_CLOUD}); it holds {other}")
+    if len(clouds) > 1:
+        fields = {topic.name: _fields(reader, topic) for topic in clouds}
+        for keep in (_has_coordinates, _is_unlabeled, _has_color):
+            clouds = [topic for topic in clouds if keep(fields[topic.name])] or clouds
+    if len(clouds) > 1:
+        raise BagError(f"{reader.path}: has several topics of clouds; choose one: {_options(clouds)}")
+    return clouds[0]
+
+
+def cdr(record: Record) -> bytes:
+    """Return the CDR bytes of a cloud, converted where the recording is of ROS 1.
+
+    Raises
+    ------
+    CloudFormatError
+        The bytes are no ROS 1 message of this type, or the encoding is neither (`undecodable`).
+    """
+    if record.encoding == "cdr":
+        return record.data
+    if record.encoding != "ros1":
+        raise CloudFormatError("undecodable", f"encoding {record.encoding!r} is neither cdr nor ros1")
+    try:
+        return bytes(typestore().ros1_to_cdr(record.data, record.type))
+    except Exception as error:  # any byte may be wrong, so any conversion may fail
+        raise _undecodable(error) from error
+
+
+def decode_message(record: Record, topic: Topic) -> Any:
+    """Return the PointCloud2 of a record.
+
+    Raises
+    ------
+    CloudFormatError
+        The recorded type has another layout than that of ROS 2 Jazzy (`schema_mismatch`), or the bytes are no such
+        message (`undecodable`).
+    """
+    if topic.definition and not _same_layout(topic.definition):
+        raise CloudFormatError("schema_mismatch", f"the recorded definition of {POINT_CLOUD} is not that of ROS 2")
+    try:
+        return typestore().deserialize_cdr(cdr(record), POINT_CLOUD)
+    except CloudFormatError:
+        raise
+    except Exception as error:  # as above
+        raise _undecodable(error) from error
+
+
+def _undecodable(error: Exception) -> CloudFormatError:
+    reason = " ".join(str(error).split()) or type(error).__name__
+    return CloudFormatError("undecodable", f"not a serialized {POINT_CLOUD}: {reason}")
+
+
+def _wanted(reader: BagReader, clouds: list[Topic], wanted: str) -> Topic:
+    for topic in clouds:
+        if topic.name.lstrip("/") == wanted.lstrip("/"):
+            return topic
+    mend = f"choose one of: {_options(clouds)}" if clouds else "it has no clouds"
+    for topic in reader.topics:
+        if topic.name.lstrip("/") == wanted.lstrip("/"):
+            what = f"of type {topic.type}" if topic.type != POINT_CLOUD else "empty"
+            raise BagError(f"{reader.path}: topic {topic.name} is {what}; {mend}")
+    raise BagError(f"{reader.path}: has no topic {wanted}; {mend}")
+
+
+def _options(clouds: list[Topic]) -> str:
+    return ", ".join(f"--topic {topic.name}" for topic in clouds)
+
+
+def _fields(reader: BagReader, topic: Topic) -> set[str]:
+    """Return the field names of the first cloud of a topic that can be decoded."""
+    for record in reader.messages([topic.name]):
+        try:
+            return {field.name for field in decode_message(record, topic).fields}
+        except CloudFormatError:
+            continue
+    return set()
+
+
+def _has_coordinates(fields: set[str]) -> bool:
+    return fields.issuperset(COORDINATES)
+
+
+def _is_unlabeled(fields: set[str]) -> bool:
+    return "label" not in fields
+
+
+def _has_color(fields: set[str]) -> bool:
+    return "rgb" in fields or "rgba" in fields or fields.issuperset(CHANNELS)
+
+
+@lru_cache(maxsize=8)
+def _same_layout(definition: str) -> bool:
+    """Whether a recorded definition says the same as ROS 2's; one that cannot be read is given the benefit of doubt."""
+    try:
+        recorded = get_types_from_msg(definition, POINT_CLOUD)
+    except Exception:  # the grammar's errors are of many kinds, and the definition is not needed for decoding
+        return True
+    ours = typestore().fielddefs
+    return all(recorded[name][1] == ours[name][1] for name in _PARTS if name in recorded)

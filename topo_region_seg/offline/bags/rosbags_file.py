@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings that rosbags reads: ROS 1 bags and sqlite3 storage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import MessageDefinitionFormat
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag2 import Reader as Ros2Reader
+
+from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
+from topo_region_seg.offline.bags.ros1_scan import Ros1Scan
+from topo_region_seg.offline.bags.sqlite_pages import is_cut
+from topo_region_seg.offline.bags.sqlite_scan import SqliteScan
+
+
+class RosbagsFile(BagReader):
+    """A recording behind one of rosbags' readers."""
+
+    def __init__(self, path: Path, reader: Callable[[Path], Any], mend: str, name: Path | None = None) -> None:
+        self.path = name or path
+        self.problems = []
+        self._mend = mend
+        try:
+            self._reader = reader(path)
+            self._reader.open()
+        except Exception as error:  # rosbags lets those of its storage libraries through
+            raise BagError(f"{self.path}: {_one_line(error)}; {mend}") from error
+        self._ros1 = isinstance(self._reader, Ros1Reader)
+        self.topics = merge_topics(
+            [
+                Topic(
+                    c.topic,
+                    c.msgtype,
+                    c.msgcount,
+                    c.msgdef.data if c.msgdef.format is MessageDefinitionFormat.MSG and not self._ros1 else "",
+                )
+                for c in self._reader.connections
+            ]
+        )
+
+    def messages(self, topics: Collection[str]) -> Iterator[Record]:
+        """Iterate over the messages of some topics in the order of log times."""
+        connections = [c for c in self._reader.connections if c.topic in topics]
+        if not connections:
+            return
+        messages = self._reader.messages(connections)
+        while True:
+            try:
+                connection, log_time, data = next(messages)
+            except StopIteration:
+                return
+            except Exception as error:  # the rest of the file cannot be trusted
+                self.problems.append(f"{self.path}: {_one_line(error)}; the rest of the recording is left out")
+                return
+            yield Record(connection.topic, connection.msgtype, log_time, bytes(data), "ros1" if self._ros1 else "cdr")
+
+    def storage(self) -> Storage:
+        """Return how the recording is stored."""
+        reader = self._reader
+        times = (reader.start_time, reader.end_time - 1) if reader.message_count else None
+        return Storage("ROS 1 bag" if self._ros1 else "sqlite3", 1, (), times)
+
+    def close(self) -> None:
+        """Close the files."""
+        self._reader.close()
+
+
+def open_ros1(path: Path) -> BagReader:
+    """Open a ROS 1 bag; one without an index, as a killed recorder leaves it, is read record by record."""
+    try:
+        return RosbagsFile(path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may mend it")
+    except BagError:
+        return Ros1Scan(path)
+
+
+def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
+    """Open a .db3 file; one that is cut short or damaged is read page by page."""
+    try:
+        cut = is_cut(path)
+    except OSError as error:
+        raise BagError(
+            f"{name or path}: cannot be opened ({error.strerror}); check the name and the permissions"
+        ) from None
+    if not cut:
+        with suppress(BagError):
+            return RosbagsFile(path, Ros2Reader, "'ros2 bag reindex' on the folder may mend it", name)
+    return SqliteScan(path, name)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()).rstrip(".") or type(error).__name__

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What `evaluate` and `sweep` have in common on the command line: recordings, truth, and who does the work."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from topo_region_seg.offline.cli import status
+from topo_region_seg.offline.cli.status import ToolError
+
+if TYPE_CHECKING:
+    from topo_region_seg.offline.evaluation.jobs import Runner
+    from topo_region_seg.offline.evaluation.results import BagResult
+    from topo_region_seg.offline.evaluation.source import Source
+
+
+def add_source_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the recordings and where their truth is."""
+    parser.add_argument(
+        "bags",
+        metavar="BAG",
+        nargs="+",
+        type=Path,
+        help="rosbag2 folders, .mcap or ROS 1 .bag files, or folders that hold such",
+    )
+    parser.add_argument("--topic", help="topic of the clouds, if the recordings have several")
+    parser.add_argument(
+        "--truth-topic",
+        metavar="TOPIC",
+        help="clouds of the same stamps with the true labels, from 20 on those of objects "
+        "(default: /ground_truth/labels, or else the field 'label' of the clouds)",
+    )
+    parser.add_argument("--truth-bag", metavar="BAG", type=Path, help="take the truth from another recording")
+    parser.add_argument(
+        "--recorded-labels",
+        action="store_true",
+        help="measure the labels that the clouds carry (/labeled_points) instead of segmenting them",
+    )
+
+
+def add_cluster_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add who does the work."""
+    group = parser.add_argument_group("many cores, many machines (need Dask: pip install '.[dask]')")
+    who = group.add_mutually_exclusive_group()
+    who.add_argument("--workers", metavar="N", type=_count, help="N processes on this machine; each uses two cores")
+    who.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="a Dask cluster that runs already, such as tcp://host:8786; its workers see the same files",
+    )
+
+
+def sources_from(args: argparse.Namespace) -> list[Source]:
+    """Return the recordings that the command line names, those in folders included."""
+    from topo_region_seg.offline.evaluation.finding import find_bags
+    from topo_region_seg.offline.evaluation.source import Source
+
+    truth_bag = None
+    if args.truth_bag is not None:
+        if not args.truth_bag.exists():
+            raise ToolError(f"--truth-bag {args.truth_bag}: no such file or folder; check the name")
+        truth_bag = os.path.abspath(args.truth_bag)
+    return [
+        Source(str(bag), os.path.abspath(bag), args.topic, args.truth_topic, truth_bag, args.recorded_labels)
+        for bag in find_bags(args.bags)
+    ]
+
+
+@contextmanager
+def runner_from(args: argparse.Namespace) -> Iterator[Runner]:
+    """Give what does the work; without --workers and --scheduler that is this process, and Dask is not needed."""
+    from topo_region_seg.offline.cli.console import waiting
+    from topo_region_seg.offline.evaluation.cluster import ClusterError, dask_runner
+    from topo_region_seg.offline.evaluation.jobs import in_this_process
+    from topo_region_seg.offline.evaluation.run import load_kernels
+
+    if not args.recorded_labels and args.scheduler is None:
+        with waiting("loading the kernels; the first time they are compiled"):
+            load_kernels()
+    if args.workers is None and args.scheduler is None:
+        yield in_this_process
+        return
+    try:
+        with dask_runner(args.workers, args.scheduler) as runner:
+            yield runner
+    except ClusterError as error:
+        raise ToolError(str(error)) from None
+
+
+def note_troubles(result: BagResult, most: int = 10) -> None:
+    """Say what could not be measured in a recording, and why."""
+    from topo_region_seg.offline.cli.console import note
+
+    if result.error:
+        note(f"failed: {result.error}")
+    for rejection in result.rejected[:most]:
+        note(f"rejected: {result.bag}: {rejection.stamp:.9f} s: {rejection.detail} ({rejection.reason})")
+    if len(result.rejected) > most:
+        note(f"rejected: {result.bag}: {len(result.rejected) - most} more")
+    for problem in result.problems:
+        note(f"damaged: {problem}")
+    if result.truncated:
+        note(f"truncated: {result.bag} is cut short; everything that was whole is done")
+    if result.without_truth and result.frames:
+        clouds = result.without_truth + len(result.frames)
+        note(f"without truth: {result.bag}: {result.without_truth} of {clouds} clouds; they are not measured")
+
+
+def status_of(results: list[BagResult]) -> int:
+    """Return the exit status."""
+    if any(result.failed for result in results):
+        return status.FAILED
+    return status.TRUNCATED if any(result.truncated for result in results) else status.DONE
+
+
+def _count(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if not 1 <= number <= 1024:
+        raise argparse.ArgumentTypeError(f"{text} is not a number from 1 to 1024")
+    return number

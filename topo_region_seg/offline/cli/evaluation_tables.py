@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of quality for the terminal: per frame, per recording."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+
+from topo_region_seg.offline.evaluation.measures import MEASURES, Measures
+from topo_region_seg.offline.evaluation.results import BagResult, mean_measures, median_ms
+
+HEADS = {
+    "wov": "WOv",
+    "fos": "Fos",
+    "fus": "Fus",
+    "ari": "ARI",
+    "boundary_recall": "bound.\nrecall",
+    "boundary_precision": "bound.\nprecis.",
+    "asa": "ASA",
+    "labelled": "label-\nled",
+}
+"""What the measures are called in tables; docs/algorithm.md defines them."""
+
+MOST_FRAMES = 40
+WORST_FRAMES = 10
+
+
+def frame_table(results: Sequence[BagResult]) -> Table:
+    """Return a row for each frame; of very many frames only those with the lowest weighted overlap."""
+    rows = [(result.bag, frame) for result in results for frame in result.frames]
+    title = None
+    if len(rows) > MOST_FRAMES:
+        title = f"the {WORST_FRAMES} of {len(rows)} frames with the lowest WOv (--csv writes all)"
+        rows.sort(key=lambda row: -1.0 if row[1].measures["wov"] is None else row[1].measures["wov"])
+        rows = rows[:WORST_FRAMES]
+    names = short_names([result.bag for result in results])
+    several = len(results) > 1
+    table = _table(title)
+    if several:
+        table.add_column("recording", overflow="fold")
+    table.add_column("stamp (s)", justify="right")
+    table.add_column("regions", justify="right")
+    _add_measures(table)
+    for bag, frame in rows:
+        cells = [f"{frame.stamp:.3f}", str(frame.regions), *measure_cells(frame.measures), _ms(frame.ms["total"])]
+        table.add_row(*([names[bag]] if several else []), *cells)
+    return table
+
+
+def bag_table(results: Sequence[BagResult]) -> Table:
+    """Return a row for each recording, and the means over all frames; also how many clouds are left out."""
+    table = _table(None)
+    table.add_column("recording", overflow="fold")
+    table.add_column("frames", justify="right")
+    table.add_column("no\ntruth", justify="right")
+    table.add_column("re-\njected", justify="right")
+    _add_measures(table)
+    names = short_names([result.bag for result in results])
+    for result in results:
+        if result.error and not result.frames:
+            table.add_row(names[result.bag], "failed", str(result.without_truth), *[""] * (len(MEASURES) + 2))
+        else:
+            table.add_row(names[result.bag], *_summary([result]))
+    table.add_section()
+    table.add_row("mean over frames", *_summary(results), style="bold")
+    return table
+
+
+def measure_cells(measures: Measures) -> list[str]:
+    """Return a cell for each measure; "-" where it is not defined."""
+    return ["-" if (value := measures[name]) is None else f"{value:.3f}" for name in MEASURES]
+
+
+def short_names(bags: Sequence[str]) -> dict[str, str]:
+    """Return for each recording the last part of its path, or all of it where two end alike."""
+    last = {bag: Path(bag).name for bag in bags}
+    counts = Counter(last.values())
+    return {bag: name if counts[name] == 1 else bag for bag, name in last.items()}
+
+
+def _summary(results: Sequence[BagResult]) -> list[str]:
+    frames = [frame for result in results for frame in result.frames]
+    counts = (len(frames), sum(r.without_truth for r in results), sum(len(r.rejected) for r in results))
+    return [*map(str, counts), *measure_cells(mean_measures(frames)), _ms(median_ms(frames))]
+
+
+def _table(title: str | None) -> Table:
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+
+
+def _add_measures(table: Table) -> None:
+    for name in MEASURES:
+        table.add_column(HEADS[name], justify="right")
+    table.add_column("ms", justify="right")
+
+
+def _ms(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}"

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``inspect``: what a recording holds, what its clouds are like, and the parameters that follow from it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from topo_region_seg.offline.cli import status
+from topo_region_seg.offline.cli.status import ToolError
+
+if TYPE_CHECKING:
+    from topo_region_seg.offline.bags import BagReader, Topic
+
+SAMPLES = 5
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("bag", metavar="BAG", type=Path, help="a rosbag2 folder, a .mcap or a ROS 1 .bag")
+    parser.add_argument("--topic", help="look at the clouds of this topic alone")
+    parser.add_argument(
+        "--frames",
+        metavar="N",
+        type=_count,
+        default=SAMPLES,
+        help=f"clouds of each topic to measure, spread over the recording (default: {SAMPLES})",
+    )
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write all that was found for machines")
+    parser.add_argument(
+        "--params-out", metavar="FILE.yaml", type=Path, help="write the suggested parameters as the node's YAML file"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read the recording, print what it is, and write what was asked for."""
+    from topo_region_seg.offline.bags import open_bag
+    from topo_region_seg.offline.bags.clouds import cloud_topic
+    from topo_region_seg.offline.cli import inspect_text
+    from topo_region_seg.offline.cli.console import check_writable, note, output, progress, waiting, write_whole
+    from topo_region_seg.offline.inspection.topic import TopicInspector
+
+    for path, suffixes in ((args.json, ()), (args.params_out, (".yaml", ".yml"))):
+        if path:
+            check_writable(path, suffixes)
+    with open_bag(args.bag) as reader:
+        # Which topic the parameters are for has to be known before the work.
+        wanted = cloud_topic(reader, args.topic) if args.topic or args.params_out else None
+        topics = [wanted] if wanted else _clouds(reader)
+        reports = []
+        with waiting("loading the kernels; the first time they are compiled"), progress("inspecting", None) as step:
+            for topic in topics:
+                reports.append(TopicInspector(topic, args.frames).look(reader))
+                step(topic.name)
+        problems = list(dict.fromkeys(reader.problems))
+        for part in inspect_text.whole(args.bag, reader, reports):
+            output().print(part, soft_wrap=isinstance(part, str), markup=False)
+        if args.json:
+            write_whole(args.json, inspect_text.json_text(args.bag, reader, reports, problems))
+        if wanted and args.params_out:
+            advice = reports[0].advice
+            if advice is None:
+                raise ToolError(f"{args.bag}: the clouds of {wanted.name} have too few points to suggest parameters by")
+            write_whole(args.params_out, inspect_text.yaml_text(args.bag, reports[0], advice))
+        for written in (args.json, args.params_out):
+            if written:
+                print(f"wrote {written}")
+        for problem in problems:
+            note(f"damaged: {problem}")
+        if reader.truncated:
+            note(f"truncated: {args.bag} is cut short; what was whole is counted")
+        if problems or any(report.unreadable for report in reports):
+            return status.FAILED
+        return status.TRUNCATED if reader.truncated else status.DONE
+
+
+def _clouds(reader: BagReader) -> list[Topic]:
+    from topo_region_seg.offline.bags.clouds import POINT_CLOUD
+
+    return [topic for topic in reader.topics if topic.type == POINT_CLOUD and topic.count]
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
+    return value

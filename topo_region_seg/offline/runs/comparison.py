@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Two runs of the same recording, frame by frame: what changed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.data import BoolArray, IntArray, LabelArray
+from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, Measures, measure
+from topo_region_seg.offline.evaluation.truth import RecordedTruth
+from topo_region_seg.offline.runs.run import Run, RunFrame
+from topo_region_seg.offline.runs.truth import quality
+
+
+@dataclass(frozen=True)
+class FrameChange:
+    """What changed in one frame from run A to run B.
+
+    Parameters
+    ----------
+    stamp : float
+        Seconds.
+    index : tuple of int
+        Its place in A and in B.
+    regions : tuple of int
+        In A and in B.
+    wov, ari : float or None
+        Weighted overlap of the regions of A with those of B, and the adjusted Rand index of the two on the points of
+        regions of A; 1 where they are the same, None where the clouds differ in size.
+    changed : float or None
+        Share of the valid points whose region in one run is not the counterpart of that in the other.
+    ms : dict of str to (float or None, float or None)
+        Milliseconds per stage, and `total`.
+    quality : tuple of Measures or None
+        Of A and of B, where the truth is known.
+    """
+
+    stamp: float
+    index: tuple[int, int]
+    regions: tuple[int, int]
+    wov: float | None
+    ari: float | None
+    changed: float | None
+    ms: dict[str, tuple[float | None, float | None]]
+    quality: tuple[Measures | None, Measures | None]
+
+    @property
+    def region_change(self) -> int:
+        """Regions of B minus those of A."""
+        return self.regions[1] - self.regions[0]
+
+
+@dataclass
+class Comparison:
+    """All frames of two runs; `only_a` and `only_b` are the stamps, in seconds, of frames without a counterpart."""
+
+    frames: list[FrameChange] = field(default_factory=list)
+    only_a: list[float] = field(default_factory=list)
+    only_b: list[float] = field(default_factory=list)
+
+    def most_changed(self, count: int) -> list[FrameChange]:
+        """Return the frames that changed most: by the points that changed, then by the number of regions."""
+
+        def weight(frame: FrameChange) -> tuple[float, int]:
+            return (np.inf if frame.changed is None else frame.changed), abs(frame.region_change)
+
+        ranked = sorted(self.frames, key=weight, reverse=True)
+        return [frame for frame in ranked if weight(frame) > (0.0, 0)][:count]
+
+
+def compare(
+    a: Run, b: Run, truth: RecordedTruth | None = None, step: Callable[[str], None] = lambda text: None
+) -> Comparison:
+    """Compare two runs; frames are matched by stamp, and those of equal stamps in order.
+
+    Parameters
+    ----------
+    a, b : Run
+        The runs.
+    truth : RecordedTruth, optional
+        True labels of their clouds.
+    step : callable
+        Called after each pair.
+    """
+    result = Comparison()
+    partners = {of_b: of_a for of_a, of_b in matched(a, b)}
+    waiting: dict[int, RunFrame] = {}
+    frames_a = a.frames(set(partners.values()))
+    for frame in b.frames(partners):
+        # Both runs keep the order of the recording, so that as a rule no more than one frame waits.
+        partner = partners[frame.index]
+        while partner not in waiting and (read := next(frames_a, None)):
+            waiting[read.index] = read
+        if partner in waiting:
+            result.frames.append(_change(waiting.pop(partner), frame, truth))
+            step(f"{frame.record.stamp:.3f} s")
+    result.frames.sort(key=lambda frame: frame.index)
+    seen_a, seen_b = {frame.index[0] for frame in result.frames}, {frame.index[1] for frame in result.frames}
+    result.only_a = [frame.stamp for index, frame in enumerate(a.record.frames) if index not in seen_a]
+    result.only_b = [frame.stamp for index, frame in enumerate(b.record.frames) if index not in seen_b]
+    return result
+
+
+def matched(a: Run, b: Run) -> Iterator[tuple[int, int]]:
+    """Iterate over the indices in A and B of frames of the same stamp; the second of a stamp goes with the second."""
+    places: dict[tuple[float, int], int] = {}
+    for run, found in ((b, None), (a, places)):
+        seen: Counter[float] = Counter()
+        for index, frame in enumerate(run.record.frames):
+            key = frame.stamp, seen[frame.stamp]
+            seen[frame.stamp] += 1
+            if found is None:
+                places[key] = index
+            elif key in found:
+                yield index, found[key]
+
+
+def changed_points(a: LabelArray, b: LabelArray) -> BoolArray:
+    """Return which points changed their region, (N,): those that are not in a pair of counterparts.
+
+    A region of A and one of B are counterparts if each is what covers most of the other; so is "no region" with itself.
+    """
+    pairs, where, count = np.unique(a.astype(np.uint64) << np.uint64(32) | b, return_inverse=True, return_counts=True)
+    of_a, of_b = pairs >> np.uint64(32), pairs & np.uint64(0xFFFFFFFF)
+    same = _largest(of_a, count) & _largest(of_b, count) & (of_a > 0) & (of_b > 0)
+    same |= (of_a == 0) & (of_b == 0)
+    changed: BoolArray = ~same[where.reshape(-1)]
+    return changed
+
+
+def _largest(group: npt.NDArray[np.uint64], count: IntArray) -> BoolArray:
+    """Return which rows have the largest count of their group; of equal ones the first."""
+    order = np.lexsort((-np.arange(len(group)), count, group))
+    last = order[np.append(group[order][1:] != group[order][:-1], True)] if len(group) else order
+    largest = np.zeros(len(group), np.bool_)
+    largest[last] = True
+    return largest
+
+
+def _change(a: RunFrame, b: RunFrame, truth: RecordedTruth | None) -> FrameChange:
+    wov = ari = changed = None
+    if len(a.labels) == len(b.labels):
+        wov, ari, changed = _agreement(a.labels, b.labels, a.valid)
+    true_labels = truth.of(a.msg) if truth else None
+    stages = dict.fromkeys([*a.record.ms, *b.record.ms])
+    return FrameChange(
+        stamp=a.record.stamp,
+        index=(a.index, b.index),
+        regions=(a.record.regions, b.record.regions),
+        wov=wov,
+        ari=ari,
+        changed=changed,
+        ms={stage: (a.record.ms.get(stage), b.record.ms.get(stage)) for stage in stages},
+        quality=(quality(a, true_labels), quality(b, true_labels)),
+    )
+
+
+def _agreement(a: LabelArray, b: LabelArray, valid: BoolArray) -> tuple[float, float, float]:
+    a, b = a[valid], b[valid]
+    if np.array_equal(a, b) or not len(a):
+        return 1.0, 1.0, 0.0
+    changed = float(changed_points(a, b).mean())
+    # The measures take true segments from FIRST_OBJECT on.
+    found = measure(np.where(a > 0, a + np.uint32(FIRST_OBJECT - 1), np.uint32(0)), b, np.ones(len(a), np.bool_))
+    wov, ari = found["wov"], found["ari"]
+    return (0.0, 0.0, changed) if wov is None or ari is None else (wov, ari, changed)

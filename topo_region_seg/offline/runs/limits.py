@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far two runs may lie apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from topo_region_seg.offline.runs.comparison import Comparison
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits on a comparison, None = any value will do; those of a frame hold for every frame.
+
+    Parameters
+    ----------
+    max_region_change : int
+        Regions of a frame, more or fewer.
+    min_wov, min_ari : float
+        Agreement of the regions of a frame.
+    max_changed : float
+        Share of the points of a frame that changed.
+    max_ms_ratio : float
+        Median time a frame of B divided by that of A.
+    max_quality_loss : float
+        Mean WOv against the truth of A minus that of B.
+    max_unmatched : int
+        Frames that only one of the runs has.
+    """
+
+    max_region_change: int | None = None
+    min_wov: float | None = None
+    min_ari: float | None = None
+    max_changed: float | None = None
+    max_ms_ratio: float | None = None
+    max_quality_loss: float | None = None
+    max_unmatched: int | None = None
+
+
+def summary(found: Comparison) -> dict[str, float | None]:
+    """Return the figures that limits are set on, by the name of the limit without "max" or "min"; None if unknown."""
+    frames = found.frames
+    ratio = None
+    times = [pair for frame in frames if None not in (pair := frame.ms.get("total", (None, None)))]
+    if times:
+        of_a, of_b = np.median(np.array(times, np.float64), axis=0).tolist()
+        ratio = round(of_b / of_a, 4) if of_a > 0 else None
+    losses = [
+        a["wov"] - b["wov"]
+        for a, b in (frame.quality for frame in frames)
+        if a and b and a["wov"] is not None and b["wov"] is not None
+    ]
+    return {
+        "region_change": max((abs(frame.region_change) for frame in frames), default=None),
+        "wov": _extreme(min, [frame.wov for frame in frames]),
+        "ari": _extreme(min, [frame.ari for frame in frames]),
+        "changed": _extreme(max, [frame.changed for frame in frames]),
+        "ms_ratio": ratio,
+        "quality_loss": round(float(np.mean(losses)), 6) if losses else None,
+        "unmatched": len(found.only_a) + len(found.only_b),
+    }
+
+
+def broken(found: Comparison, sums: dict[str, float | None], limits: Limits) -> list[str]:
+    """Return a line for each limit that is broken; one whose figure is not known is broken too."""
+    lines = []
+    for name in Limits.__dataclass_fields__:
+        limit, value = getattr(limits, name), sums[name.partition("_")[2]]
+        if limit is None:
+            continue
+        what = f"--{name.replace('_', '-')} {limit:g}"
+        if value is None:
+            reason = "the truth is not known" if name == "max_quality_loss" else "there is nothing to compare"
+            lines.append(f"{what}: {reason}")
+        elif (value < limit) if name.startswith("min") else (value > limit):
+            lines.append(f"{what}: it is {value:g}")
+    sizes = [frame for frame in found.frames if frame.changed is None]
+    if sizes and (limits.min_wov is not None or limits.min_ari is not None or limits.max_changed is not None):
+        lines.append(f"{len(sizes)} frames differ in their number of points, first at {sizes[0].stamp:.3f} s")
+    return lines
+
+
+def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return round(pick(known), 6) if known else None

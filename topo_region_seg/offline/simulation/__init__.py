@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An RGB-D camera before a tabletop, ray-cast with NumPy, with ground truth.
+
+>>> from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+>>> frame = simulate(tabletop(seed=1), Camera.kinect(320, 240), seed=1)
+>>> frame.cloud.height, frame.labels.dtype
+(240, dtype('uint32'))
+"""
+
+from __future__ import annotations
+
+from topo_region_seg.offline.simulation.camera import Camera, orbit
+from topo_region_seg.offline.simulation.frame import SimulatedFrame, simulate
+from topo_region_seg.offline.simulation.noise import DepthNoise
+from topo_region_seg.offline.simulation.scene import Body, Paint, Scene
+from topo_region_seg.offline.simulation.shapes import Box, Cylinder, Sphere
+from topo_region_seg.offline.simulation.tabletop import tabletop
+
+__all__ = [
+    "Body",
+    "Box",
+    "Camera",
+    "Cylinder",
+    "DepthNoise",
+    "Paint",
+    "Scene",
+    "SimulatedFrame",
+    "Sphere",
+    "orbit",
+    "simulate",
+    "tabletop",
+]

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Background subtraction: invalid points and points out of range or out of the box (paper, section V)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.data import BoolArray, IntArray
+from topo_region_seg.params import Params
+
+
+def crop(xyz: npt.NDArray[np.floating], params: Params) -> IntArray:
+    """Return the rows of `xyz` (N, 3), metres, that are valid, within range and inside the crop box.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float32 or float64
+        Positions in the sensor frame; invalid ones are not finite, or (0, 0, 0) if `drop_zeros`.
+    params : Params
+        Uses `min_range`, `max_range`, `drop_zeros`, `crop_box` and `crop_box_pose`.
+
+    Returns
+    -------
+    (M,) int64
+        Kept rows, ascending.
+    """
+    rows = rows_in_range(xyz, params.min_range, params.max_range, params.drop_zeros)
+    return rows[_inside_box(xyz[rows], params)] if params.crop_box else rows
+
+
+def _inside_box(xyz: npt.NDArray[np.floating], params: Params) -> BoolArray:
+    points = xyz.astype(np.float64)
+    if params.crop_box_pose:
+        position, angles = params.crop_box_pose[:3], params.crop_box_pose[3:]
+        points = Rotation.from_euler("xyz", angles).inv().apply(points - np.array(position))
+    low, high = np.array(params.crop_box[:3]), np.array(params.crop_box[3:])
+    inside: BoolArray = ((points >= low) & (points <= high)).all(axis=1)
+    return inside
+
+
+@kernel
+def rows_in_range(xyz: npt.NDArray[np.floating], near: float, far: float, drop_zeros: bool) -> IntArray:
+    """Return the rows (M,) at a distance within [near, far], metres; what is not finite is not in range."""
+    xyz = borrowed(xyz)
+    rows = np.empty(len(xyz), np.int64)
+    count = 0
+    for i in range(len(xyz)):
+        x, y, z = np.float64(xyz[i, 0]), np.float64(xyz[i, 1]), np.float64(xyz[i, 2])
+        range2 = x * x + y * y + z * z
+        rows[index(count)] = i
+        # False for NaN.
+        keep = (range2 <= far * far) & (range2 >= near * near) & ((range2 > 0.0) | (not drop_zeros))
+        count += 1 if keep else 0
+    kept: IntArray = rows[:count].copy()
+    return kept

@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Edges of the homogeneous graph between two leaves of the tree.
+
+Channels of a point are x, y, z, L, a, b, nx, ny, nz; a missing feature is zero in all points, a missing
+normal is NaN. Angles are compared as squared chords |n_i - n_j|^2 = 2 - 2 cos(theta).
+
+Pairs are sifted in single precision, eight at a time, by limits that are wider by what rounding may do; what
+passes is decided in double precision.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.lanes import trailing_zeros
+from topo_region_seg.compiled.predicate import CHANNELS, edge_length
+from topo_region_seg.data import FloatArray, IndexArray
+from topo_region_seg.steps.filtration.leaf_sieve import FAR_SINGLE, sift_leaves
+from topo_region_seg.steps.filtration.pair_queue import bits_of
+
+FAR = np.int64(0x7FF0000000000000)  # bits of infinity
+LEAF_SHIFT = 3  # LEAF = 1 << LEAF_SHIFT
+UPPER = np.int64(sum(1 << (LEAF * i + j) for i in range(LEAF) for j in range(i + 1, LEAF)))  # pairs i < j
+ROUNDING = 2.0**-22  # of a coordinate: by this much the difference of two may be off in single precision
+WIDER = 1.0 + 2.0**-20  # by this factor the square of a length may
+TINY = 1e-37  # by this much it may, where single precision has no more digits
+
+
+class Leaves(NamedTuple):
+    """The points of L leaves.
+
+    `blocks` (L * 9 * LEAF,) holds leaf after leaf and in it channel after channel, positions from the middle of the
+    cloud; padding is inf.
+    """
+
+    points: FloatArray  # (N, 9) by id
+    order: IndexArray  # (N,) point ids in tree order
+    blocks: npt.NDArray[np.float32]
+    blur: FloatArray  # (L, 3) how far off a difference of position, color and normal may be in the blocks
+
+
+class Edges(NamedTuple):
+    """Edges found at the current scale: squared lengths, and rows of the tree's order."""
+
+    d2: FloatArray
+    a: IndexArray
+    b: IndexArray
+
+
+@kernel
+def new_edges(capacity: int) -> Edges:
+    """Return room for `capacity` edges."""
+    return Edges(np.empty(capacity), np.empty(capacity, np.int32), np.empty(capacity, np.int32))
+
+
+@kernel
+def grown_edges(edges: Edges) -> Edges:
+    """Return room for twice as many edges, with the same edges."""
+    old = len(edges.d2)
+    grown = new_edges(2 * old)
+    grown.d2[:old] = edges.d2
+    grown.a[:old] = edges.a
+    grown.b[:old] = edges.b
+    return grown
+
+
+def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
+    """Return the points (N, 9) in the order of the tree and in blocks of single precision."""
+    n_leaves = (len(channels) + LEAF - 1) // LEAF
+    leaves = Leaves(
+        channels,
+        tree.order,
+        np.full(n_leaves * CHANNELS * LEAF, np.inf, np.float32),
+        np.empty((n_leaves, 3)),
+    )
+    # Positions from their middle, which keeps the numbers small; colors and normals have their own origin.
+    middle = np.zeros(CHANNELS)
+    if n_leaves:
+        middle[:3] = channels[:, :3].mean(axis=0)
+    fill_leaves(leaves, middle)
+    return leaves
+
+
+@kernel
+def fill_leaves(leaves: Leaves, middle: FloatArray) -> None:
+    """Fill the leaves with their points, taking `middle` (9,) off in the blocks."""
+    leaves = borrowed(leaves)
+    for leaf in range(len(leaves.blur)):
+        start = leaf * LEAF
+        for three in range(3):
+            largest = 0.0
+            for c in range(3 * three, 3 * three + 3):
+                block = (leaf * CHANNELS + c) * LEAF
+                for row in range(start, min(start + LEAF, len(leaves.order))):
+                    value = leaves.points[index(leaves.order[index(row)]), index(c)] - middle[c]
+                    leaves.blocks[index(block + row - start)] = value
+                    # A missing normal stays out of it.
+                    largest = abs(value) if abs(value) > largest else largest
+            leaves.blur[leaf, three] = largest * ROUNDING
+
+
+@inlined
+def meet_leaves(  # type: ignore[no-untyped-def]
+    leaves, roots, limits, start_a, start_b, end, shortest_only, edges, n_edges
+):
+    """Collect the edges between the leaves at two starting rows, or within one, that are shorter than `end` (bits).
+
+    Returns the number of edges and the bits of a lower bound of the squared distances left for later (`FAR` = none).
+    Between two leaves that are one component each only the shortest edge counts.
+    """
+    first = n_edges
+    later = FAR
+    blur = blur_of_pair(leaves.blur, start_a // LEAF, start_b // LEAF)
+    hits, beyond = sift_leaves(
+        leaves.blocks,
+        roots,
+        start_a,
+        start_b,
+        (
+            widened(limits.reach, blur[0]),
+            narrowed(limits.color_low, blur[1]),
+            widened(limits.color_high, blur[1]),
+            narrowed(limits.chord_low, blur[2]),
+            widened(limits.chord_high, blur[2]),
+            widened(np.int64(end).view(np.float64), blur[0]),
+        ),
+    )
+    if start_a == start_b:
+        hits &= UPPER
+    while hits:
+        place = trailing_zeros(hits)
+        hits &= hits - 1
+        a, b = start_a + (place >> LEAF_SHIFT), start_b + (place & (LEAF - 1))
+        d2 = edge_length(leaves.points, limits, leaves.order[index(a)], leaves.order[index(b)])
+        if d2 < 0.0:
+            continue
+        if bits_of(d2) >= end:
+            later = min(later, bits_of(d2))
+        elif shortest_only and n_edges > first:
+            if d2 < edges.d2[first]:
+                edges.d2[first], edges.a[first], edges.b[first] = d2, a, b
+        else:
+            edge = index(n_edges)
+            edges.d2[edge], edges.a[edge], edges.b[edge] = d2, a, b
+            n_edges += 1
+    if shortest_only and n_edges > first:
+        return n_edges, FAR
+    if beyond < FAR_SINGLE:
+        square = np.float64(np.int32(beyond).view(np.float32))
+        later = min(later, max(end, bits_of(narrowed(square, blur[0]))))
+    return n_edges, later
+
+
+@inlined
+def blur_of_pair(blur, a, b):  # type: ignore[no-untyped-def]
+    """Return by how much a difference of position, color and normal of points of two leaves may be off."""
+    p, q = index(a), index(b)
+    return blur[p, 0] + blur[q, 0], blur[p, 1] + blur[q, 1], blur[p, 2] + blur[q, 2]
+
+
+@inlined
+def widened(square, blur):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at most."""
+    length = math.sqrt(square) + 2.0 * blur
+    return np.float32(length * length * WIDER + TINY)
+
+
+@inlined
+def narrowed(square, blur):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at least."""
+    length = max(0.0, math.sqrt(max(0.0, square - TINY)) - 2.0 * blur)
+    return np.float32(length * length / WIDER)

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The homogeneity criterion: which points may be joined (paper, section IV.C)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.compiled.predicate import CHANNELS, Criterion
+from topo_region_seg.data import FloatArray
+from topo_region_seg.params import Params
+
+
+def homogeneity_channels(
+    xyz: npt.ArrayLike, lab: npt.ArrayLike | None, normals: npt.ArrayLike | None, params: Params
+) -> FloatArray:
+    """Return position, color and unit normal in one array (N, 9); what the criterion does not use is zero."""
+    xyz = _checked("xyz", xyz, None)
+    channels = np.zeros((len(xyz), CHANNELS))
+    channels[:, 0:3] = xyz
+    if params.uses_color:
+        channels[:, 3:6] = _checked("lab", lab, len(xyz))
+    if params.uses_normals:
+        put_unit(_checked("normals", normals, len(xyz), finite=False), channels)
+    return channels
+
+
+def criterion(params: Params) -> Criterion:
+    """Turn the thresholds into limits of squared differences (angles become chords of the unit sphere)."""
+    return Criterion(
+        reach=_square_within(params.reach),
+        color_low=_square_from(params.min_color_threshold),
+        color_high=_square_within(params.color_threshold),
+        chord_low=_square_chord(params.min_angle_threshold),
+        chord_high=_square_chord(params.angle_threshold) if params.angle_threshold < 180.0 else math.inf,
+    )
+
+
+def _checked(name: str, values: npt.ArrayLike | None, n: int | None, *, finite: bool = True) -> FloatArray:
+    if values is None:
+        raise ValueError(f"{name} is missing, and the criterion needs it")
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3 or (n is not None and len(array) != n):
+        wanted = "(N, 3)" if n is None else f"({n}, 3)"
+        raise ValueError(f"{name} has shape {array.shape}, must be {wanted}")
+    if finite and not np.isfinite(array).all():
+        raise ValueError(f"{name} holds values that are not finite; drop those points first")
+    return array
+
+
+def _square_within(limit: float) -> float:
+    """Largest square whose root, as computed, is at most `limit`."""
+    square = limit * limit
+    while math.sqrt(square) > limit:
+        square = math.nextafter(square, 0.0)
+    while math.sqrt(math.nextafter(square, math.inf)) <= limit:
+        square = math.nextafter(square, math.inf)
+    return square
+
+
+def _square_from(limit: float) -> float:
+    """Smallest square whose root, as computed, is at least `limit`."""
+    square = limit * limit
+    while math.sqrt(square) < limit:
+        square = math.nextafter(square, math.inf)
+    while square > 0.0 and math.sqrt(math.nextafter(square, 0.0)) >= limit:
+        square = math.nextafter(square, 0.0)
+    return square
+
+
+def _square_chord(degrees: float) -> float:
+    return 2.0 - 2.0 * math.cos(math.radians(degrees))
+
+
+@kernel
+def put_unit(vectors: FloatArray, channels: FloatArray) -> None:
+    """Write `vectors` (N, 3) in unit length into the last of `channels` (N, 9); NaN where there is no direction."""
+    for i in range(len(vectors)):
+        x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        if not (length > 0.0 and length < np.inf):
+            length = np.nan
+        channels[i, 6], channels[i, 7], channels[i, 8] = x / length, y / length, z / length

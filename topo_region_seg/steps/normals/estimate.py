@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Surface normals from the covariance of a neighborhood (paper, section IV.C)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.threads import in_parts, side_by_side
+from topo_region_seg.data import FloatArray
+from topo_region_seg.params import Params
+from topo_region_seg.steps.normals.neighborhoods import nearest_normals, radius_normals
+
+WIDEN = 3.0  # where points are sparse, a neighborhood grows to at most this many radii
+
+
+def estimate_normals(xyz: FloatArray, tree: Tree, params: Params, radius: FloatArray | None = None) -> FloatArray:
+    """Return the unit normals of the points, turned towards the sensor at the origin.
+
+    The neighborhood is everything within `normal_radius`. A point with fewer than `normal_min_neighbors`
+    there takes as many nearest points within three radii.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        Positions in the sensor frame, metres.
+    tree : Tree
+        Tree over `xyz`.
+    params : Params
+        Uses `normal_radius` and `normal_min_neighbors`.
+    radius : (N,) float64, optional
+        Radius of each point's own neighborhood, metres, in place of `normal_radius`.
+
+    Returns
+    -------
+    (N, 3) float64
+        Unit normals; a row of NaN where even the wider neighborhood holds fewer than three points.
+    """
+    normals = np.full((len(xyz), 3), np.nan)
+    counts = np.zeros(len(xyz), np.int64)
+    enough = params.normal_min_neighbors
+    if radius is None:
+        radius = np.full(len(xyz), params.normal_radius)
+    blocks = leaf_blocks(tree, xyz)
+    side_by_side(
+        radius_normals,
+        [(tree, blocks, radius, enough, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
+    )
+    sparse = np.flatnonzero(counts < enough)
+    if len(sparse):
+        nearest_normals(tree, xyz, sparse, enough, WIDEN * radius, normals)
+    return normals

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Normals from the points within a fixed radius, by pairs of tree leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
+from topo_region_seg.compiled.kd_tree import LEAF, Tree, box_gap
+from topo_region_seg.compiled.nearest import nearest_outside
+from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.steps.normals.fit import fit_normal
+
+CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
+
+
+@kernel
+def radius_normals(
+    tree: Tree,
+    blocks: FloatArray,
+    radius: FloatArray,
+    min_neighbors: int,
+    first_node: int,
+    end_node: int,
+    normals: FloatArray,
+    counts: IntArray,
+) -> None:
+    """Fill `normals` (N, 3), towards the origin, and `counts` (N,) of neighbors for the leaves of some nodes.
+
+    Both are by point id, and so is `radius` (N,), metres. The point itself counts as a neighbor; a point with fewer
+    than `min_neighbors` of them keeps the normal it has.
+    """
+    tree, blocks, radius = borrowed(tree), borrowed(blocks), borrowed(radius)
+    normals, counts = borrowed(normals), borrowed(counts)
+    reach = np.zeros(LEAF)
+    candidates = np.empty(3 * CHUNK)
+    moments = np.zeros((LEAF, 10))
+    stack = np.empty(128, np.int64)
+    for a in range(first_node, end_node):
+        if tree.right[index(a)]:
+            continue
+        moments[:] = 0.0
+        farthest = 0.0
+        for i in range(tree.stop[a] - tree.start[a]):
+            reach[i] = radius[tree.order[tree.start[a] + i]] ** 2
+            farthest = max(farthest, reach[i])
+        base = tree.start[a] * 3
+        gathered = 0
+        top = 1
+        stack[0] = 0
+        while top:
+            top -= 1
+            b = stack[top]
+            if box_gap(tree.boxes, 3, a, b, 0) > farthest:
+                continue
+            right = tree.right[index(b)]
+            if right:
+                stack[top], stack[top + 1] = right, b + 1
+                top += 2
+                continue
+            first = np.int64(tree.start[index(b)]) * 3
+            for c in range(3):
+                for j in range(LEAF):
+                    candidates[index(c * CHUNK + gathered + j)] = blocks[index(first + c * LEAF + j)]
+            gathered += LEAF
+            if gathered == CHUNK:
+                add_neighbors(blocks, base, candidates, gathered, reach, moments)
+                gathered = 0
+        add_neighbors(blocks, base, candidates, gathered, reach, moments)
+        for i in range(tree.stop[a] - tree.start[a]):
+            point = tree.order[tree.start[a] + i]
+            counts[point] = int(moments[i, 0])
+            if counts[point] >= min_neighbors:
+                fit_normal(
+                    moments[i],
+                    blocks[base + i],
+                    blocks[base + LEAF + i],
+                    blocks[base + 2 * LEAF + i],
+                    normals[point],
+                )
+
+
+@summing
+def add_neighbors(blocks, base, candidates, n, reach, moments):  # type: ignore[no-untyped-def]
+    """Add to `moments` (LEAF, 10) of a leaf's points those of the candidates within reach: count, sums, products.
+
+    `reach` (LEAF,) is the square of each point's radius.
+
+    Offsets are from the point itself, which keeps the sums small and so exact.
+    """
+    for i in range(LEAF):
+        x, y, z = blocks[base + i], blocks[base + LEAF + i], blocks[base + 2 * LEAF + i]
+        within = reach[i]
+        count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
+        sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(n):
+            dx = candidates[index(j)] - x
+            dy = candidates[index(CHUNK + j)] - y
+            dz = candidates[index(2 * CHUNK + j)] - z
+            near = dx * dx + dy * dy + dz * dz <= within
+            dx, dy, dz = dx if near else 0.0, dy if near else 0.0, dz if near else 0.0
+            count += 1.0 if near else 0.0
+            sx += dx
+            sy += dy
+            sz += dz
+            sxx += dx * dx
+            sxy += dx * dy
+            sxz += dx * dz
+            syy += dy * dy
+            syz += dy * dz
+            szz += dz * dz
+        m = moments[i]
+        m[0] += count
+        m[1] += sx
+        m[2] += sy
+        m[3] += sz
+        m[4] += sxx
+        m[5] += sxy
+        m[6] += sxz
+        m[7] += syy
+        m[8] += syz
+        m[9] += szz
+
+
+@kernel
+def add_offset(m, dx, dy, dz):  # type: ignore[no-untyped-def]
+    """Add one offset to the ten moments `m`."""
+    m[0] += 1.0
+    m[1] += dx
+    m[2] += dy
+    m[3] += dz
+    m[4] += dx * dx
+    m[5] += dx * dy
+    m[6] += dx * dz
+    m[7] += dy * dy
+    m[8] += dy * dz
+    m[9] += dz * dz
+
+
+@kernel
+def nearest_normals(
+    tree: Tree, xyz: FloatArray, points: IntArray, k: int, reach: FloatArray, normals: FloatArray
+) -> None:
+    """Fill rows `points` of `normals` (N, 3) from the `k` nearest points, themselves included, within `reach` (N,), m.
+
+    Points with fewer than three of them keep what they have.
+    """
+    m = np.empty(10)
+    near_d2, near = np.empty(k), np.empty(k, np.int64)
+    one_region, no_node = np.zeros(len(xyz), np.int64), np.full(len(tree.start), -1)
+    for point in points:
+        x, y, z = xyz[point]
+        m[:] = 0.0
+        found = nearest_outside(tree, xyz, one_region, one_region, no_node, point, -1, near_d2, near)
+        for n in range(found):
+            if near_d2[n] <= reach[point] * reach[point]:
+                add_offset(m, xyz[near[n], 0] - x, xyz[near[n], 1] - y, xyz[near[n], 2] - z)
+        if m[0] >= 3.0:
+            fit_normal(m, x, y, z, normals[point])
