@@ -29,7 +29,7 @@ REPOSITORY = next(str(url.text) for url in MANIFEST.findall("url") if url.get("t
 
 # rosdoc2 has set these already; what follows is for `make site`.
 project = "topo_region_seg"
-author = copyright = "topo_region_seg contributors"  # noqa: A001
+author = copyright = "topo_region_seg contributors"
 release = version = str(MANIFEST.findtext("version"))
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
@@ -61,13 +61,13 @@ PAGES = {
     "bags/README.md": "bags.md",
 }
 """Documents outside of `docs/` and the pages of the site that hold their text."""
-LINK = re.compile(r"(\[(`?)([^\]`]*)`?\]\()((?!\w+:)[^)#\s]+)(#[^)\s]*)?\)")
+LINK = re.compile(r"(\[([^\]]*)\]\()((?!\w+:)[^)#\s]+)(#[^)\s]*)?\)")
 
 
 def line_of(source: Path, name: str) -> int:
     """Return the line that defines a function or class, `f` or `C.f`; 1 if it defines none of the name."""
     scope: Any = ast.parse(source.read_text(encoding="utf-8"))
-    for part in name.removesuffix("()").split("."):
+    for part in name.split("."):
         found = [node for node in scope.body if getattr(node, "name", None) == part]
         if not found:
             return 1
@@ -79,7 +79,7 @@ def on_the_site(text: str, folder: Path) -> str:
     """Return a document of `folder` with the links that leave `docs/` turned to pages of the site."""
 
     def turned(match: re.Match[str]) -> str:
-        begin, _, words, target, anchor = match.groups()
+        begin, words, target, anchor = match.groups()
         path = (folder / target).resolve()
         if not path.exists() or not path.is_relative_to(ROOT):
             return match.group()
@@ -90,7 +90,7 @@ def on_the_site(text: str, folder: Path) -> str:
             return f"{begin}{name.removeprefix('docs/')}{anchor or ''})"
         if path.is_dir():
             return f"{begin}{REPOSITORY}/tree/main/{name})"
-        line = line_of(path, words) if path.suffix == ".py" else 1
+        line = line_of(path, words.strip("`")) if path.suffix == ".py" else 1
         return f"{begin}source:{name}#line-{line})"
 
     return LINK.sub(turned, text)
