@@ -32,8 +32,18 @@ project = "topo_region_seg"
 author = copyright = "topo_region_seg contributors"
 release = version = str(MANIFEST.findtext("version"))
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
-rosdoc2_settings = {"override_theme": False, "enable_intersphinx": False, "automatically_extend_intersphinx_mapping": False}
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+]
+rosdoc2_settings = {
+    "override_theme": False,
+    "enable_intersphinx": False,
+    "automatically_extend_intersphinx_mapping": False,
+}
 exclude_patterns = ["_build"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["deflist"]

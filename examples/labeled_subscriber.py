@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A node that reads `labeled_points` and says where the largest region is.
-
-Needs rclpy and numpy: ros2 run topo_region_seg region_segmentation_node, then python3 labeled_subscriber.py
-"""
+"""A node that reads `labeled_points` and says where the largest region is. Needs rclpy and numpy."""
 
 import numpy as np
 import rclpy
@@ -24,8 +21,8 @@ class LabeledSubscriber(Node):
     def on_cloud(self, msg: PointCloud2) -> None:
         """Read the columns by name, whatever their order."""
         fields = {f.name: (TYPES[f.datatype], f.offset) for f in msg.fields if f.datatype in TYPES}
-        names, (formats, offsets) = list(fields), zip(*fields.values(), strict=True)
-        layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": msg.point_step}
+        formats, offsets = zip(*fields.values(), strict=True)
+        layout = {"names": list(fields), "formats": formats, "offsets": offsets, "itemsize": msg.point_step}
         points = np.frombuffer(msg.data, np.dtype(layout))
         largest = points[points["label"] == 1]  # 0 = no region, 1 = the largest
         center = [float(np.mean(largest[axis])) for axis in "xyz"] if len(largest) else "nowhere"

@@ -11,10 +11,10 @@ import topo_region_seg as trs
 
 
 def main() -> None:
-    """Follow two patches of points, 8 mm apart, from single points to one component."""
-    side = np.arange(0.0, 0.05, 0.002)
+    """Follow two patches of points, 7 mm apart, from single points to one component."""
+    side = 0.0015 * np.arange(30)
     x, y = (grid.ravel() for grid in np.meshgrid(side, side))
-    xyz = np.column_stack([np.append(x, x + 0.056), np.append(y, y), np.full(2 * len(x), 0.8)])
+    xyz = np.column_stack([np.append(x, x + side[-1] + 0.007), np.append(y, y), np.full(2 * len(x), 0.8)])
     lab, normals = np.full_like(xyz, 50.0), np.tile([0.0, 0.0, -1.0], (len(xyz), 1))
     params = trs.Params(max_radius=0.02)
 

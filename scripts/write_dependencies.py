@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write the table of docs/dependencies.md: what setup.py declares, with the licenses that the packages state.
 
-``python scripts/write_dependencies.py``, in an environment that has them all. ``--list tools test`` prints what setup.py
-declares for the tools and in the extra `test`, one requirement a line, for pip.
+``python scripts/write_dependencies.py``, in an environment that has them all. ``--list tools test`` prints for pip what
+setup.py declares for the tools and in the extra `test`, one requirement a line.
 """
 
 from __future__ import annotations

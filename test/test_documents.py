@@ -30,8 +30,8 @@ FOLDERS = ("", "docs", "bags", ".github")
 DOCUMENTS = sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*.md"))
 README = ROOT / "README.md"
 IDS = lambda path: str(path.relative_to(ROOT))  # noqa: E731
-OTHERS = {"qos_overrides", "configure", "activate"}
-"""What follows `-p` or the node's name and is no parameter of the node's tables."""
+OTHERS = {"qos_overrides", "configure", "activate", "NAME"}
+"""What stands where parameters do and is none of the tables."""
 LINK = re.compile(r"\[(?P<words>[^\]]*)\]\((?P<target>[^)#\s]*)(?:#(?P<anchor>[^)\s]*))?\)")
 
 

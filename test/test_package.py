@@ -41,7 +41,14 @@ def manifest() -> ElementTree.Element:
 
 
 def source_files() -> list[Path]:
-    found = [ROOT / "setup.py", ROOT / "Makefile", ROOT / ".ci" / "run", ROOT / ".pre-commit-config.yaml", *ROOT.glob("*.yaml"), *ROOT.glob("*.cff")]
+    found = [
+        ROOT / "setup.py",
+        ROOT / "Makefile",
+        ROOT / ".ci" / "run",
+        ROOT / ".pre-commit-config.yaml",
+        *ROOT.glob("*.yaml"),
+        *ROOT.glob("*.cff"),
+    ]
     for folder in SOURCE_FOLDERS:
         found += [path for path in (ROOT / folder).rglob("*") if path.suffix in SOURCE_SUFFIXES]
     generated = {"metadata.yaml"}

@@ -23,7 +23,9 @@ def test_it_begins_with_a_sentence_a_picture_and_the_demo() -> None:
 
 
 def test_code_for_a_robot_and_for_python_is_short() -> None:
-    blocks = dict(re.findall(r"^```(\w+)\n(.*?)^```", README.partition("## On a robot")[2], re.MULTILINE | re.DOTALL)[::-1])
+    blocks = dict(
+        re.findall(r"^```(\w+)\n(.*?)^```", README.partition("## On a robot")[2], re.MULTILINE | re.DOTALL)[::-1]
+    )
     assert 0 < len(blocks["bash"].splitlines()) <= 6
     assert 0 < len(blocks["python"].splitlines()) <= 5
 
