@@ -20,10 +20,14 @@ from xml.etree import ElementTree
 
 from sphinx.application import Sphinx
 
-# rosdoc2 executes a copy of this file elsewhere, but puts the package's folder on the path.
-_beside = Path(__file__).resolve().parent.parent
+# rosdoc2 executes this file from a copy of its folder, but puts the package on the path.
 _package = importlib.util.find_spec("topo_region_seg")
-ROOT = _beside if (_beside / "package.xml").exists() else Path(str(_package and _package.origin)).parents[1]
+_places = [
+    Path(__file__).resolve().parents[1],
+    Path.cwd(),
+    *(Path(p).parent for p in (_package and _package.submodule_search_locations) or ()),
+]
+ROOT = next(place for place in _places if (place / "docs" / "conf.py").exists() and (place / "package.xml").exists())
 MANIFEST = ElementTree.parse(ROOT / "package.xml").getroot()
 REPOSITORY = next(str(url.text) for url in MANIFEST.findall("url") if url.get("type") == "repository")
 
@@ -44,7 +48,9 @@ rosdoc2_settings = {
     "enable_intersphinx": False,
     "automatically_extend_intersphinx_mapping": False,
 }
-exclude_patterns = ["_build"]
+# All but the first are pages that rosdoc2 puts beside ours, which say the same.
+exclude_patterns = ["_build", "__*", "index.rst", "README.md", "CHANGELOG.rst", "CONTRIBUTING.md"]
+html_theme_options: dict[str, Any] = {}  # rosdoc2 presets those of another theme
 myst_heading_anchors = 4
 myst_enable_extensions = ["deflist"]
 myst_url_schemes = {"http": None, "https": None, "mailto": None, "source": {"url": "source/{{path}}.html#{{fragment}}"}}
