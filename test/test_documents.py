@@ -107,7 +107,7 @@ def test_the_reference_has_every_public_name() -> None:
 @pytest.mark.parametrize("document", DOCUMENTS, ids=IDS)
 def test_named_files_and_targets_exist(document: Path) -> None:
     named = re.findall(
-        r"`((?:topo_region_seg|benchmarks|scripts|docs|bags|test|config|launch|security|examples|rviz)/[\w./-]*\w)`",
+        r"`((?:topo_region_seg|\.ci|\.github|benchmarks|scripts|docs|bags|test|config|launch|security|examples|rviz)/[\w./-]*\w)`",
         prose_of(document),
     )
     assert [name for name in named if not (ROOT / name).exists()] == []
