@@ -29,7 +29,6 @@ _places = [
 ]
 ROOT = next(place for place in _places if (place / "docs" / "conf.py").exists() and (place / "package.xml").exists())
 MANIFEST = ElementTree.parse(ROOT / "package.xml").getroot()
-REPOSITORY = next(str(url.text) for url in MANIFEST.findall("url") if url.get("type") == "repository")
 
 # rosdoc2 has set these already; what follows is for `make site`.
 project = "topo_region_seg"
@@ -97,15 +96,13 @@ def on_the_site(text: str, folder: Path) -> str:
     def turned(match: re.Match[str]) -> str:
         begin, words, target, anchor = match.groups()
         path = (folder / target).resolve()
-        if not path.exists() or not path.is_relative_to(ROOT):
+        if not path.is_file() or not path.is_relative_to(ROOT):
             return match.group()
         name = path.relative_to(ROOT).as_posix()
         if name in PAGES:
             return f"{begin}{PAGES[name]}{anchor or ''})"
-        if name.startswith("docs/") and path.is_file():
+        if name.startswith("docs/"):
             return f"{begin}{name.removeprefix('docs/')}{anchor or ''})"
-        if path.is_dir():
-            return f"{begin}{REPOSITORY}/tree/main/{name})"
         line = line_of(path, words.strip("`")) if path.suffix == ".py" else 1
         return f"{begin}source:{name}#line-{line})"
 
