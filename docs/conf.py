@@ -131,7 +131,7 @@ def source_pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
         highlighted = app.builder.highlighter.highlight_block(code, language, force=True)  # type: ignore[attr-defined]
         before, _, rest = highlighted.partition("<pre>")
         lines = "\n".join(f'<span id="line-{n}"></span>{line}' for n, line in enumerate(rest.split("\n"), 1))
-        body = f"<h1>{escape(name)}</h1>{before}<pre>{lines}"
+        body = f"<h1 class='source'>{escape(name)}</h1>{before}<pre>{lines}"
         yield f"source/{name}", {"title": name, "body": body, "parents": []}, "page.html"
 
 
