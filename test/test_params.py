@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.parameter_table import ParameterError, Row
 from topo_region_seg.params import Params
 
 
@@ -115,6 +115,18 @@ def test_values_with_an_effect_are_not_named() -> None:
     assert objects.without_effect() == {}
 
 
+def _another(row: Row) -> object:
+    low, high, default = row.spec.low, row.spec.high, row.default
+    if row.spec.choices:
+        return next(choice for choice in row.spec.choices if choice != default)
+    assert low is not None and high is not None
+    return (
+        low
+        if default != low and row.name not in ("color_threshold", "angle_threshold")
+        else type(default)(min(high, 1.0))
+    )
+
+
 def test_every_parameter_with_a_condition_is_ineffective_somewhere_and_effective_elsewhere() -> None:
     settings = [
         Params(output=output, features=features, remove_floor=floor)
@@ -125,6 +137,6 @@ def test_every_parameter_with_a_condition_is_ineffective_somewhere_and_effective
     for row in Params.table():
         if not row.spec.when or row.name in ("features", "output"):
             continue
-        other = next(v for v in (row.spec.choices or (row.spec.low, row.spec.high)) if v != row.default)
+        other = 0.01 if row.name == "radius" else _another(row)
         effect = {row.name in dataclasses.replace(p, **{row.name: other}).without_effect() for p in settings}
         assert effect == {True, False}, row.name
