@@ -297,6 +297,29 @@ def test_overrides_of_no_topic_are_named(start: Callable[..., NodeProcess]) -> N
     ]
 
 
+def test_a_parameter_file_without_effect_is_one_line(start: Callable[..., NodeProcess], tmp_path: Path) -> None:
+    other, missing = tmp_path / "other.yaml", tmp_path / "missing.yaml"
+    other.write_text("/segmentation:\n  ros__parameters:\n    max_radius: 0.03\n")
+    node = start("--params-file", str(other), "-p", "autostart:=false")
+    node.wait_for_log("autostart is off")
+    assert f"{other}: holds parameters for /segmentation, none for /region_segmentation" in node.log
+    refused = start("--params-file", str(missing))
+    assert refused.process.wait(STARTUP) == 2
+    assert str(missing) in refused.log.splitlines()[-1] and "Error opening YAML file" in refused.log.splitlines()[-1]
+    assert "Traceback" not in refused.log
+
+
+def test_without_a_folder_for_logs_it_runs_and_says_so(
+    start: Callable[..., NodeProcess], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file" / "log"))
+    node = start("-p", "autostart:=false")
+    node.wait_for_log("autostart is off")
+    assert "no log file is written" in node.log and "set ROS_LOG_DIR" in node.log
+    assert node.stop() == 0
+
+
 def test_silence_is_reported_with_advice(start: Callable[..., NodeProcess], client: Client) -> None:
     node = start("-p", "input_timeout:=2.0", "-p", "warning_period:=1.0", "-r", "points:=elsewhere")
     node.wait_for_log("no clouds on /elsewhere")

@@ -92,9 +92,7 @@ def files_without_effect(arguments: Sequence[str], node: str) -> list[str]:
             continue  # rcl has read it its own way
         if keys and not any(applies_to(key, node) for key in keys):
             there = ", ".join(keys)
-            lines.append(
-                f"{path} has no parameters for {node}, only for {there}; write '/**' or {node} in place of that"
-            )
+            lines.append(f"{path}: holds parameters for {there}, none for {node}; put them under '/**' or {node}")
     return lines
 
 
