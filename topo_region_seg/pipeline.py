@@ -27,7 +27,8 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.support.removal import above
+from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 
 
@@ -77,7 +78,7 @@ class Pipeline:
         with clock("floor"):
             plane, distance = None, growth.floor_distance
             if params.remove_floor:
-                plane = find_floor(xyz, distance, params.floor_min_extent, params.floor_seed)
+                plane = find_support(xyz, distance, params.floor_min_extent, params.floor_seed)
             if plane is not None:
                 kept = above(xyz, plane, distance)
                 rows, xyz = rows[kept], gather(xyz, kept)

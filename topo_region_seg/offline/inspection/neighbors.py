@@ -17,7 +17,8 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.color import srgb_to_lab
 from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.normals.estimate import estimate_normals
-from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.support.removal import above
+from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin
 
 NEAREST = 4
@@ -60,7 +61,7 @@ def things(cloud: Cloud, params: Params) -> Things:
     cropped = len(xyz)
     plane = None
     if params.remove_floor:
-        plane = find_floor(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
+        plane = find_support(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
     if plane is not None:
         kept = above(xyz, plane, params.floor_distance)
         rows, xyz = rows[kept], np.ascontiguousarray(xyz[kept])

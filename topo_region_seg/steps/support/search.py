@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The search for the support plane: planes by RANSAC, the one that carries things, a fit to all of its points."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from topo_region_seg.compiled.sampling import sample_rows
+from topo_region_seg.data import FloatArray, Plane
+from topo_region_seg.steps.support.hypotheses import best_hypothesis, plane_moments
+from topo_region_seg.steps.support.judgement import Judged, judge
+
+SAMPLE = 2_000
+"""About how many points hypotheses are drawn from and judged by."""
+SMALLEST_SHARE = 0.08
+"""Share of the points that a plane needs."""
+MISS = 1e-3
+"""Probability that the search misses a plane of the smallest share: no triple drawn lies on it."""
+MOST_HYPOTHESES = math.ceil(math.log(MISS) / math.log(1.0 - 0.1**3))
+"""Triples that are drawn at most: enough for a plane that holds a tenth of the points."""
+MOST_PLANES = 4
+"""Planes that are looked at: where the largest one carries nothing, a smaller one may."""
+REFINEMENTS = 20
+"""Least-squares fits; two or three usually settle the inliers."""
+
+
+def find_support(xyz: FloatArray, distance: float, min_extent: float, seed: int) -> Plane | None:
+    """Find the plane that carries the objects.
+
+    Planes are searched by RANSAC on a sample, the largest first. Each must be a surface (more points near it than
+    beside it) of some extent that the scene is not seen through. Of these, one that things stand on is chosen before
+    one that nothing stands on, such as a wall; then the largest. It is fitted by least squares to all of its points
+    until these settle.
+
+    The sample depends on the points alone, not on their order, so that a shuffled cloud gives the same plane.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        Positions in metres, the sensor at the origin.
+    distance : float
+        Largest distance of a point of the plane from it, metres.
+    min_extent : float
+        Shorter side, metres, that a plane needs to carry objects.
+    seed : int
+        Seed of the search.
+
+    Returns
+    -------
+    Plane or None
+        The plane, its normal towards the sensor; None if there is none.
+    """
+    if len(xyz) < 3:
+        return None
+    xyz = np.asfortranarray(xyz)  # column by column, so that the passes over it become vector code
+    sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, seed)])
+    fewest = max(3.0, SMALLEST_SHARE * len(sample))
+    rest, best = sample, None
+    for _ in range(MOST_PLANES):
+        if len(rest) < fewest:
+            break
+        triples = np.random.default_rng(seed).integers(0, len(rest), (MOST_HYPOTHESES, 3))
+        normal, offset, inliers = best_hypothesis(rest, triples, distance, fewest, MISS)
+        if inliers < fewest:
+            break
+        normal, offset = fitted(rest, normal, offset, distance)
+        found = judge(sample, normal, offset, distance, min_extent)
+        if found is not None and (best is None or found.rank > best.rank):
+            best = found
+        if best is not None and best.carries:
+            break
+        rest = np.ascontiguousarray(rest[np.abs(rest @ normal + offset) > 2.0 * distance])
+    return None if best is None else _plane_of_all(xyz, best, distance)
+
+
+def fitted(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> tuple[FloatArray, float]:
+    """Fit a plane by least squares to the points (N, 3) within `distance` (m) of it, until these settle."""
+    count = -1
+    for _ in range(REFINEMENTS):
+        moments = plane_moments(xyz, normal, offset, distance)
+        if moments[0] < 3 or moments[0] == count:
+            break
+        count = moments[0]
+        normal, offset = _least_squares(moments)
+    return normal, offset
+
+
+def _plane_of_all(xyz: FloatArray, best: Judged, distance: float) -> Plane:
+    normal, offset = fitted(xyz, best.normal, best.offset, distance)
+    if offset < 0.0:
+        normal, offset = -normal, -offset
+    return Plane(normal=(float(normal[0]), float(normal[1]), float(normal[2])), offset=float(offset))
+
+
+def _least_squares(moments: FloatArray) -> tuple[FloatArray, float]:
+    count, mean = moments[0], moments[1:4] / moments[0]
+    xx, xy, xz, yy, yz, zz = moments[4:10] / count
+    covariance = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - np.outer(mean, mean)
+    normal: FloatArray = np.linalg.eigh(covariance)[1][:, 0]
+    return normal, float(-normal @ mean)
