@@ -26,7 +26,12 @@ from topo_region_seg.data import (
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud, components_at, labels_of_input
+from topo_region_seg.steps.scales.filtered_cloud import (
+    FilteredCloud,
+    components_at,
+    labels_of_input,
+    positions_of_input,
+)
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.small_regions import settle_small_regions
 
@@ -170,11 +175,15 @@ def _described(
 ) -> Segmentation:
     whole = filtered.components
     labels = number_regions(filtered.xyz, region, filtered.weight)
+    table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components)
+    centroid, minimum, maximum = (
+        positions_of_input(filtered, column) for column in (table.centroid, table.minimum, table.maximum)
+    )
     return Segmentation(
         labels=labels_of_input(filtered, labels),
-        regions=describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components),
+        regions=replace(table, centroid=centroid, minimum=minimum, maximum=maximum),
         barcode=Barcode(
-            xyz=filtered.xyz,
+            xyz=positions_of_input(filtered, filtered.xyz),
             birth=np.zeros(len(labels)),
             death=whole.death,
             label=labels,

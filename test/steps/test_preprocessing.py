@@ -15,19 +15,21 @@ from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin, thin_for, thin_to
 
+ORIGIN = np.zeros(3)
+
 
 def test_crop_drops_what_is_not_a_point() -> None:
     nan, inf = np.nan, np.inf
     xyz = np.array(
         [[0, 0, 1], [nan, 0, 1], [0, inf, 1], [0, 0, 0], [0, 0, -inf], [1e30, 1, 1], [1e-30, 0, 1]], np.float32
     )
-    np.testing.assert_array_equal(crop(xyz, Params()), [0, 6])
-    np.testing.assert_array_equal(crop(xyz, Params(drop_zeros=False)), [0, 3, 6])
+    np.testing.assert_array_equal(crop(xyz, ORIGIN, Params()), [0, 6])
+    np.testing.assert_array_equal(crop(xyz, ORIGIN, Params(drop_zeros=False)), [0, 3, 6])
 
 
 def test_crop_by_range_is_distance_from_the_sensor() -> None:
     xyz = np.array([[3.0, 0.0, 4.0], [0.0, 0.0, 5.01], [0.0, -0.5, 0.0], [0.0, 0.0, -1.0]])
-    np.testing.assert_array_equal(crop(xyz, Params(min_range=0.6, max_range=5.0)), [0, 3])
+    np.testing.assert_array_equal(crop(xyz, ORIGIN, Params(min_range=0.6, max_range=5.0)), [0, 3])
 
 
 def test_crop_box_in_a_turned_frame() -> None:
@@ -38,7 +40,7 @@ def test_crop_box_in_a_turned_frame() -> None:
     to_sensor = Rotation.from_euler("xyz", pose[3:])
     xyz = to_sensor.apply(np.vstack([inside, outside])) + pose[:3]
     params = Params(crop_box=(-0.1, -0.2, 0.0, 0.1, 0.2, 0.3), crop_box_pose=pose)
-    np.testing.assert_array_equal(crop(xyz, params), np.arange(50))
+    np.testing.assert_array_equal(crop(xyz, ORIGIN, params), np.arange(50))
 
 
 def tabletop(seed: int, noise: float = 0.001) -> tuple[Array, int]:
