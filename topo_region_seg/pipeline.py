@@ -33,6 +33,10 @@ from topo_region_seg.steps.support.removal import above, count_behind
 from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 
+AVERAGED = 1.2
+"""Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
+in 8-bit sRGB is up to 1.2 dE, and the average of two colors may be that far from any color of the cloud."""
+
 
 class MissingColorError(ValueError):
     """The cloud has no color, and the criterion needs it."""
@@ -96,7 +100,8 @@ class Pipeline:
                 xyz = np.ascontiguousarray(xyz)
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
-            thinned = thin_for(params, xyz, rgb)
+            exact = growth.uses_color and growth.color[1] < AVERAGED
+            thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
