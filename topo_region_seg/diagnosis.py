@@ -4,20 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from topo_region_seg.data import BoolArray, Cloud, FloatArray, Notice, Plane
+from topo_region_seg.data import BoolArray, Cloud, FloatArray, Notice
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation
+from topo_region_seg.steps.support.search import IN_PLANE, Support
 
 MILLIMETRES = (100.0, 20_000.0)
 """Median distances that are unlikely in metres, and usual in millimetres."""
 FEW = 0.01
 """Share of the points in front of the support plane below which the side that is kept is doubtful."""
-IN_PLANE = 0.05
-"""Distance from the support plane, metres, at which no sensor sees it."""
 
 
 def parameters_in_vain(params: Params) -> list[Notice]:
@@ -64,34 +61,44 @@ def taken_for_map(sensor: FloatArray) -> Notice:
     )
 
 
-def doubtful_plane(plane: Plane, before: int, behind: int, points: int, sensor_known: bool) -> Iterator[Notice]:
-    """Yield what speaks against the side of the support plane that is kept.
+def doubtful_support(support: Support, sensor_known: bool, rows_left: int) -> list[Notice]:
+    """Return what speaks against the place of the sensor, or against the support plane.
 
     Parameters
     ----------
-    plane : Plane
+    support : Support
         The plane, seen from the sensor at the origin.
-    before, behind, points : int
-        Points in front of it and behind it, and all points.
     sensor_known : bool
         Whether the place of the sensor was given.
+    rows_left : int
+        How many points are in front of the plane.
     """
-    advice = "set sensor_pose" if not sensor_known else "check sensor_pose"
-    if plane.offset < IN_PLANE:
-        yield Notice(
-            "sensor_in_plane",
-            f"the support plane passes {100 * plane.offset:.1f} cm from the sensor, which therefore is probably not "
-            f"there; if the clouds are in another frame than the sensor's, {advice}",
+    judged = support.judged
+    if judged is None:
+        return []
+    advice = "check sensor_pose" if sensor_known else "set sensor_pose"
+    if judged.offset < IN_PLANE:
+        text = (
+            f"a plane with {100 * judged.share:.0f} % of the points passes {100 * judged.offset:.1f} cm from the "
+            f"sensor, which is probably elsewhere; if the clouds are in another frame than the sensor's, {advice}"
         )
-    elif before < FEW * points:
-        if behind >= FEW * points:
-            yield Notice(
-                "behind_plane",
-                f"{100 * before / points:.1f} % of the points lie in front of the support plane and "
-                f"{100 * behind / points:.0f} % behind it; if things are missing, {advice} or remove_floor to false",
-            )
-        elif before == 0:
-            yield Notice("only_plane", "all points lie on the support plane; set remove_floor to false to keep it")
+        return [Notice("sensor_in_plane", text)]
+    if support.plane is None:
+        text = (
+            f"{100 * judged.hidden:.0f} % of the points lie behind a plane with {100 * judged.share:.0f} % of them, "
+            "where the sensor could not see them, so the plane stays; if the clouds are in another frame than the "
+            f"sensor's, {advice}"
+        )
+        return [Notice("behind_plane", text)]
+    if judged.before < FEW <= judged.behind:
+        text = (
+            f"{100 * judged.before:.1f} % of the points lie in front of the largest plane, {100 * judged.behind:.0f} % "
+            f"behind it; if the clouds are in another frame than the sensor's, {advice}; else set remove_floor to false"
+        )
+        return [Notice("behind_plane", text)]
+    if rows_left == 0:
+        return [Notice("only_plane", "all points lie on the support plane; set remove_floor to false to keep it")]
+    return []
 
 
 def no_regions(seg: Segmentation) -> list[Notice]:

@@ -18,7 +18,7 @@ from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
 from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
-from topo_region_seg.diagnosis import doubtful_plane, no_points_left, no_regions, parameters_in_vain, taken_for_map
+from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
 from topo_region_seg.growth import growth_of_output, growth_of_regions, is_auto
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation, segmentation_at
@@ -29,8 +29,8 @@ from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
 from topo_region_seg.steps.sensor import known_position, position_above_map
-from topo_region_seg.steps.support.removal import above, count_behind
-from topo_region_seg.steps.support.search import find_support
+from topo_region_seg.steps.support.removal import above
+from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 
 AVERAGED = 1.2
@@ -87,17 +87,18 @@ class Pipeline:
                 units = local_units(xyz, rows, cloud.width, cloud.height)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
         with clock("floor"):
-            plane, distance = None, growth.floor_distance
+            support, distance = NO_SUPPORT, growth.floor_distance
             if params.remove_floor:
-                plane = find_support(xyz, distance, params.floor_min_extent, params.floor_seed)
+                given = distance, params.floor_min_extent, params.floor_seed
+                support = find_support(xyz, *given, sensor_known=known is not None)
+            plane = support.plane
             if plane is not None:
                 kept = above(xyz, plane, distance)
-                behind = count_behind(xyz, plane, distance)
-                notices += doubtful_plane(plane, len(kept), behind, len(xyz), known is not None)
                 rows, xyz = rows[kept], gather(xyz, kept)
                 plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             else:
                 xyz = np.ascontiguousarray(xyz)
+            notices += doubtful_support(support, known is not None, len(rows))
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED

@@ -14,7 +14,7 @@ from topo_region_seg.steps.support.search import MISS, find_support
 
 
 def support(xyz: Array) -> Plane | None:
-    return find_support(xyz, 0.01, 0.3, 0)
+    return find_support(xyz, 0.01, 0.3, 0).plane
 
 
 def balls(n: int, seed: int, points: int = 400) -> Array:

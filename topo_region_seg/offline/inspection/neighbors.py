@@ -64,7 +64,7 @@ def things(cloud: Cloud, params: Params) -> Things:
     cropped = len(xyz)
     plane = None
     if params.remove_floor:
-        plane = find_support(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
+        plane = find_support(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed).plane
     if plane is not None:
         kept = above(xyz, plane, params.floor_distance)
         rows, xyz = rows[kept], np.ascontiguousarray(xyz[kept])

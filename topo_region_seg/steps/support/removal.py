@@ -15,11 +15,6 @@ def above(xyz: FloatArray, plane: Plane, distance: float) -> IntArray:
     return rows_above(np.asfortranarray(xyz), np.array(plane.normal), plane.offset, distance)
 
 
-def count_behind(xyz: FloatArray, plane: Plane, distance: float) -> int:
-    """Return how many points (N, 3) lie more than `distance` (m) behind the plane."""
-    return int(np.count_nonzero(xyz @ np.array(plane.normal) + plane.offset < -distance))
-
-
 @kernel
 def rows_above(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> IntArray:
     """Return the rows (M,) more than `distance` (m) in front of the plane ``normal · x + offset = 0``."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,7 +28,36 @@ REFINEMENTS = 20
 """Least-squares fits; two or three usually settle the inliers."""
 
 
-def find_support(xyz: FloatArray, distance: float, min_extent: float, seed: int) -> Plane | None:
+LARGE = 0.2
+"""Share of the points on a plane from which on it may put the place of the sensor in doubt."""
+DOUBT = 0.05
+"""Share of the points that could not be seen from the sensor from which on it is probably elsewhere."""
+IN_PLANE = 0.05
+"""Distance from a large plane, metres, at which no sensor is."""
+
+
+class Support(NamedTuple):
+    """What the search found.
+
+    Parameters
+    ----------
+    plane : Plane or None
+        The support plane, its normal towards the sensor; None if there is none.
+    judged : Judged or None
+        What is known of it; without a plane, of a large one that could not be seen so from where the sensor is said to
+        be, if there is such.
+    """
+
+    plane: Plane | None
+    judged: Judged | None
+
+
+NO_SUPPORT = Support(None, None)
+
+
+def find_support(
+    xyz: FloatArray, distance: float, min_extent: float, seed: int, *, sensor_known: bool = False
+) -> Support:
     """Find the plane that carries the objects.
 
     Planes are searched by RANSAC on a sample, the largest first. Each must be a surface (more points near it than
@@ -47,14 +77,17 @@ def find_support(xyz: FloatArray, distance: float, min_extent: float, seed: int)
         Shorter side, metres, that a plane needs to carry objects.
     seed : int
         Seed of the search.
+    sensor_known : bool
+        Whether the place of the sensor was given, so that there is no doubt about it: points of several sensors may lie
+        where one of them could not see them.
 
     Returns
     -------
-    Plane or None
-        The plane, its normal towards the sensor; None if there is none.
+    Support
+        The plane, or why there is doubt.
     """
     if len(xyz) < 3:
-        return None
+        return NO_SUPPORT
     xyz = np.asfortranarray(xyz)  # column by column, so that the passes over it become vector code
     sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, seed)])
     fewest = max(3.0, SMALLEST_SHARE * len(sample))
@@ -68,12 +101,15 @@ def find_support(xyz: FloatArray, distance: float, min_extent: float, seed: int)
             break
         normal, offset = fitted(rest, normal, offset, distance)
         found = judge(sample, normal, offset, distance, min_extent)
-        if found is not None and (best is None or found.rank > best.rank):
-            best = found
+        if found is not None:
+            if not sensor_known and found.share >= LARGE and (found.hidden > DOUBT or found.offset < IN_PLANE):
+                return Support(None, found)
+            if not found.seen_through and (best is None or found.rank > best.rank):
+                best = found
         if best is not None and best.carries:
             break
         rest = np.ascontiguousarray(rest[np.abs(rest @ normal + offset) > 2.0 * distance])
-    return None if best is None else _plane_of_all(xyz, best, distance)
+    return NO_SUPPORT if best is None else Support(_plane_of_all(xyz, best, distance), best)
 
 
 def fitted(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> tuple[FloatArray, float]:
