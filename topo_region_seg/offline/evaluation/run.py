@@ -17,6 +17,7 @@ from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.evaluation.measures import measure
 from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
@@ -99,7 +100,7 @@ def _evaluate(
         result.rejected += truth.rejected
     if not source.recorded:
         load_kernels()
-    pipeline = Pipeline(task.params)
+    pipeline, sensor = Pipeline(task.params), SensorFrame(reader)
     ordered = TruthInOrder(truth, reader, topic)
     records = reader.messages([topic.name])
     for record in islice(records, task.first):
@@ -107,13 +108,21 @@ def _evaluate(
     for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
             break
-        _measure(record, topic, ordered, pipeline, source.recorded, result)
+        _measure(record, topic, ordered, sensor, pipeline, source.recorded, result)
         step()
     result.repeated = ordered.repeated
+    if sensor.note:
+        result.notices.setdefault("sensor_frame", sensor.note)
 
 
 def _measure(
-    record: Record, topic: Topic, truth: TruthInOrder, pipeline: Pipeline, recorded: bool, result: BagResult
+    record: Record,
+    topic: Topic,
+    truth: TruthInOrder,
+    sensor: SensorFrame,
+    pipeline: Pipeline,
+    recorded: bool,
+    result: BagResult,
 ) -> None:
     stamp = record.log_time
     try:
@@ -126,7 +135,7 @@ def _measure(
             result.without_truth += 1
             return
         started = time.perf_counter() - read
-        cloud = decode(msg, max_points=pipeline.params.point_limit)
+        cloud = sensor.place(decode(msg, max_points=pipeline.params.point_limit), msg)
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         decoded = time.perf_counter()

@@ -71,13 +71,21 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
     place = source or Path(run.record.source)
     if not place.exists():
         return {}
-    found: dict[int, Bars] = {}
     warm_up()
     pipeline = Pipeline(run.params)
     labels = {frame.index: frame.labels for frame in run.frames(wanted)}
+    with open_bag(place) as transforms:
+        return _computed(run, place, pipeline, labels, SensorFrame(transforms))
+
+
+def _computed(
+    run: Run, place: Path, pipeline: Pipeline, labels: dict[int, LabelArray], sensor: SensorFrame
+) -> dict[int, Bars]:
+    found = {}
+    limit = run.params.point_limit
     for index, msg in _messages(run, place, run.record.topic, labels, with_rejected=True):
         try:
-            cloud = decode(msg, max_points=limit)
+            cloud = sensor.place(decode(msg, max_points=limit), msg)
             if len(cloud) != len(labels[index]):
                 continue  # not the recording that was replayed
             seg = pipeline.run(cloud, _ignore)  # the replay has reported its notices
