@@ -1,0 +1,263 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The kernels without one of their tricks each: what a process takes on before it compiles them.
+
+The package holds no switch for this: names of its modules are replaced, and nothing is kept on disk.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+PACKAGE = "topo_region_seg"
+
+
+class Form(NamedTuple):
+    """The kernels without a trick."""
+
+    words: str
+    stages: tuple[str, ...]
+    take_on: Callable[[], None]
+
+
+def take_on(form: str, constants: Mapping[str, float]) -> None:
+    """Give this process a form of the kernels, and constants by `module.NAME`, before any is compiled."""
+    if form or constants:
+        _replace("compiled.cache", kept_on_disk=_nothing_kept)
+    if form:
+        FORMS[form].take_on()
+    for place, value in constants.items():
+        module, _, name = place.rpartition(".")
+        _replace(module, **{name: type(getattr(_module(module), name))(value)})
+
+
+@contextmanager
+def _nothing_kept() -> Iterator[bool]:
+    yield False
+
+
+def _module(name: str) -> Any:
+    return importlib.import_module(f"{PACKAGE}.{name}")
+
+
+def _replace(module: str, **names: Any) -> None:
+    found = _module(module)
+    for name, value in names.items():
+        if not hasattr(found, name):
+            raise AttributeError(f"{found.__name__} has no {name}")
+        setattr(found, name, value)
+
+
+def _kernel(function: Any) -> Any:
+    return numba.njit(nogil=True, error_model="numpy")(function)
+
+
+def _inlined(function: Any) -> Any:
+    return numba.njit(nogil=True, error_model="numpy", inline="always")(function)
+
+
+def _signed_index() -> None:
+    _replace("compiled.dialect", index=np.int64)
+
+
+def _counted_arrays() -> None:
+    _replace("compiled.dialect", borrowed=_inlined(lambda value: value))
+
+
+def _calls() -> None:
+    _replace("compiled.dialect", inlined=_kernel)
+
+
+def _sums_in_order() -> None:
+    _replace("compiled.dialect", summing=_kernel)
+
+
+def _plain_gap() -> None:
+    def gap_of_four(boxes, p, q, width):  # type: ignore[no-untyped-def]
+        gap = np.float32(0.0)
+        for c in range(4):
+            below = boxes[np.uint64(q + c)] - boxes[np.uint64(p + width + c)]
+            above = boxes[np.uint64(p + c)] - boxes[np.uint64(q + width + c)]
+            apart = max(np.float32(0.0), below, above)
+            gap += apart * apart
+        return gap
+
+    _replace("compiled.lanes", gap_of_four=_inlined(gap_of_four))
+
+
+def _plain_bytes() -> None:
+    def float32_at(data, place):  # type: ignore[no-untyped-def]
+        p = np.uint64(place)
+        word = np.uint32(data[p]) | (np.uint32(data[p + np.uint64(1)]) << np.uint32(8))
+        word |= np.uint32(data[p + np.uint64(2)]) << np.uint32(16)
+        word |= np.uint32(data[p + np.uint64(3)]) << np.uint32(24)
+        return np.uint32(word).view(np.float32)
+
+    _replace("compiled.lanes", float32_at=_inlined(float32_at))
+
+
+def _plain_zeros() -> None:
+    def trailing_zeros(bits):  # type: ignore[no-untyped-def]
+        place = 0
+        while not (bits >> place) & 1:
+            place += 1
+        return place
+
+    _replace("compiled.lanes", trailing_zeros=_inlined(trailing_zeros))
+
+
+def _plain_sieve() -> None:
+    leaf = 8
+    channels = 9
+
+    def sift_leaves(blocks, roots, row_a, row_b, sieve):  # type: ignore[no-untyped-def]
+        reach, color_from, color_to, chord_from, chord_to, near = sieve
+        hits, beyond = 0, np.float32(np.inf)
+        for i in range(leaf):
+            for j in range(leaf):
+                at, other = np.uint64(row_a * channels + i), np.uint64(row_b * channels + j)
+                d2, color, chord = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+                for c in range(3):
+                    d2 += (blocks[at + np.uint64(c * leaf)] - blocks[other + np.uint64(c * leaf)]) ** 2
+                for c in range(3, 6):
+                    color += (blocks[at + np.uint64(c * leaf)] - blocks[other + np.uint64(c * leaf)]) ** 2
+                for c in range(6, 9):
+                    chord += (blocks[at + np.uint64(c * leaf)] - blocks[other + np.uint64(c * leaf)]) ** 2
+                passes = (
+                    (roots[np.uint64(row_a + i)] != roots[np.uint64(row_b + j)])
+                    & (d2 <= reach)
+                    & (color <= color_to)
+                    & (color >= color_from)
+                    & (not ((chord > chord_to) | (chord < chord_from)))
+                )
+                if passes:
+                    if d2 <= near:
+                        hits |= 1 << (leaf * i + j)
+                    else:
+                        beyond = min(beyond, d2)
+        return hits, np.int64(beyond.view(np.int32))
+
+    _replace("steps.filtration.leaf_sieve", sift_leaves=_inlined(sift_leaves))
+
+
+def _no_sieve() -> None:
+    predicate, queue = _module("compiled.predicate"), _module("steps.filtration.pair_queue")
+    leaf, edge_length, bits_of = 8, predicate.edge_length, queue.bits_of
+    far = np.int64(0x7FF0000000000000)
+
+    def meet_leaves(leaves, roots, limits, start_a, start_b, end, shortest_only, edges, n_edges):  # type: ignore[no-untyped-def]
+        first, later, n = n_edges, far, len(leaves.order)
+        for a in range(start_a, min(start_a + leaf, n)):
+            p = leaves.order[np.uint64(a)]
+            for b in range(a + 1 if start_a == start_b else start_b, min(start_b + leaf, n)):
+                if roots[np.uint64(a)] == roots[np.uint64(b)]:
+                    continue
+                d2 = edge_length(leaves.points, limits, p, leaves.order[np.uint64(b)])
+                if d2 < 0.0:
+                    continue
+                if bits_of(d2) >= end:
+                    later = min(later, bits_of(d2))
+                elif shortest_only and n_edges > first:
+                    if d2 < edges.d2[first]:
+                        edges.d2[first], edges.a[first], edges.b[first] = d2, a, b
+                else:
+                    edge = np.uint64(n_edges)
+                    edges.d2[edge], edges.a[edge], edges.b[edge] = d2, a, b
+                    n_edges += 1
+        if shortest_only and n_edges > first:
+            return n_edges, far
+        return n_edges, later
+
+    _replace("steps.filtration.leaf_pairs", meet_leaves=_inlined(meet_leaves))
+
+
+def _library_root() -> None:
+    def lightness(t):  # type: ignore[no-untyped-def]
+        return np.cbrt(t) if t > (6.0 / 29.0) ** 3 else t * (841.0 / 108.0) + 4.0 / 29.0
+
+    _replace("steps.color", lightness=_inlined(lightness))
+
+
+def _scanned_offers() -> None:
+    def least_bucket(offers):  # type: ignore[no-untyped-def]
+        for bucket in range(len(offers.head)):
+            if offers.head[bucket] >= 0:
+                return bucket
+        return -1
+
+    _replace("beyond.supervoxels.offers", least_bucket=_kernel(least_bucket))
+
+
+def _offers_from_a_mark() -> None:
+    offers = _module("beyond.supervoxels.offers")
+    mark = 64  # the word after those of the buckets
+
+    def put_offer(offers, point, bucket):  # type: ignore[no-untyped-def]
+        head = offers.head[np.uint64(bucket)]
+        offers.before[np.uint64(point)], offers.after[np.uint64(point)] = -1, head
+        if head >= 0:
+            offers.before[np.uint64(head)] = point
+        offers.head[np.uint64(bucket)] = point
+        offers.filled[mark] = min(offers.filled[mark], bucket)
+
+    def drop_offer(offers, point, bucket):  # type: ignore[no-untyped-def]
+        before, after = offers.before[np.uint64(point)], offers.after[np.uint64(point)]
+        if after >= 0:
+            offers.before[np.uint64(after)] = before
+        if before >= 0:
+            offers.after[np.uint64(before)] = after
+        else:
+            offers.head[np.uint64(bucket)] = after
+
+    def least_bucket(offers):  # type: ignore[no-untyped-def]
+        n, bucket = np.int64(len(offers.head)), np.int64(offers.filled[mark])
+        while bucket < n and offers.head[np.uint64(bucket)] < 0:
+            bucket += 1
+        offers.filled[mark] = bucket
+        return bucket if bucket < n else np.int64(-1)
+
+    _replace("beyond.supervoxels.offers", put_offer=_inlined(put_offer), drop_offer=_inlined(drop_offer), least_bucket=_inlined(least_bucket))
+
+
+EVERYTHING = (
+    "records",
+    "support",
+    "tree",
+    "normals",
+    "filtration",
+    "small_regions",
+    "grooves",
+    "objects",
+    "adjacency",
+    "supervoxels",
+    "dense",
+)
+
+FORMS = {
+    "signed index": Form("`index` makes an index unsigned", EVERYTHING, _signed_index),
+    "counted arrays": Form("`borrowed` counts no references", EVERYTHING, _counted_arrays),
+    "calls": Form("`inlined` compiles into the caller", EVERYTHING, _calls),
+    "sums in order": Form(
+        "`summing` lets sums be taken in any order", ("support", "normals", "grooves", "supervoxels"), _sums_in_order
+    ),
+    "plain sieve": Form("`sift_leaves` takes eight points at once", ("filtration", "dense", "near"), _plain_sieve),
+    "no sieve": Form("leaves are sifted in single precision first", ("filtration", "dense", "near"), _no_sieve),
+    "plain gap": Form(
+        "`gap_of_four` takes three channels at once",
+        ("normals", "filtration", "grooves", "supervoxels", "dense"),
+        _plain_gap,
+    ),
+    "plain bytes": Form("`float32_at` reads four bytes as a number", ("records",), _plain_bytes),
+    "plain zeros": Form(
+        "`trailing_zeros` finds the lowest bit", ("filtration", "dense", "near", "supervoxels"), _plain_zeros
+    ),
+    "library root": Form("the cube root is a polynomial and Halley's steps", ("color",), _library_root),
+    "scanned offers": Form("a bit for each bucket finds the best offer", ("supervoxels",), _scanned_offers),
+    "marked offers": Form("a bit for each bucket finds the best offer", ("supervoxels",), _offers_from_a_mark),
+}
