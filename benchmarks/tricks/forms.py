@@ -141,7 +141,7 @@ def _plain_sieve() -> None:
                         hits |= 1 << (leaf * i + j)
                     else:
                         beyond = min(beyond, d2)
-        return hits, np.int64(beyond.view(np.int32))
+        return hits, np.int64(np.float32(beyond).view(np.int32))
 
     _replace("steps.filtration.leaf_sieve", sift_leaves=_inlined(sift_leaves))
 

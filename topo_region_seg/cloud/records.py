@@ -9,8 +9,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
-from topo_region_seg.compiled.lanes import float32_at
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.data import LabelArray
 
 
@@ -46,6 +45,15 @@ def read_records(
                 rgb[i, 1] = data[index(record + color[1])]
                 rgb[i, 2] = data[index(record + color[2])]
             point += 1
+
+
+@inlined
+def float32_at(data, place):  # type: ignore[no-untyped-def]
+    """Return the float32 whose four bytes, the lowest first, begin at a place in `data`; compiled to a single load."""
+    p = index(place)
+    low = np.uint32(data[p]) | (np.uint32(data[p + index(1)]) << np.uint32(8))
+    high = (np.uint32(data[p + index(2)]) << np.uint32(16)) | (np.uint32(data[p + index(3)]) << np.uint32(24))
+    return np.uint32(low | high).view(np.float32)
 
 
 @kernel

@@ -9,6 +9,7 @@ import numpy as np
 from topo_region_seg.compiled.dialect import borrowed, index, kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.nearest import comes_before
+from topo_region_seg.compiled.walks import MIXED
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -62,8 +63,9 @@ def region_sizes(region: IntArray, weight: IntArray, n_regions: int) -> IntArray
 
 @kernel
 def uniform_regions(tree: Tree, region: IntArray) -> IntArray:
-    """Return for each node the region that all its points belong to, or -1."""
-    uniform = np.full(len(tree.start), -1)
+    """Return for each node the region that all its points belong to, -1 for none, or MIXED if they do not agree."""
+    tree, region = borrowed(tree), borrowed(region)
+    uniform = np.full(len(tree.start), MIXED)
     for node in range(len(uniform) - 1, -1, -1):
         right = tree.right[node]
         if right:
@@ -73,7 +75,7 @@ def uniform_regions(tree: Tree, region: IntArray) -> IntArray:
         only = region[index(tree.order[index(tree.start[node])])]
         for row in range(tree.start[node] + 1, tree.stop[node]):
             if region[index(tree.order[index(row)])] != only:
-                only = -1
+                only = MIXED
                 break
         uniform[node] = only
     return uniform

@@ -6,27 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from topo_region_seg.compiled.boxes import LOWER
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel, summing
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, box_gap
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray
 
 CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
-CHANNELS = 6
-
-
-@kernel
-def oriented_blocks(tree: Tree, xyz: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return positions and normals (N, 3) leaf after leaf, channel after channel; padding is inf."""
-    tree, xyz, normals = borrowed(tree), borrowed(xyz), borrowed(normals)
-    n = len(xyz)
-    blocks = np.full((n + LEAF - 1) // LEAF * CHANNELS * LEAF, np.inf)
-    for row in range(n):
-        leaf, i = row // LEAF, index(tree.order[index(row)])
-        place = leaf * CHANNELS * LEAF + row - leaf * LEAF
-        for c in range(3):
-            blocks[index(place + c * LEAF)] = xyz[i, c]
-            blocks[index(place + (3 + c) * LEAF)] = normals[i, c]
-    return blocks
 
 
 @kernel
@@ -39,33 +25,26 @@ def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, e
     """
     tree, blocks, turn = borrowed(tree), borrowed(blocks), borrowed(turn)
     reach = np.float32(radius * radius)
-    candidates = np.empty(CHANNELS * CHUNK, np.float32)
-    own = np.empty(CHANNELS * LEAF, np.float32)
+    candidates = np.empty((6, CHUNK), np.float32)
+    own = np.empty((6, LEAF), np.float32)
     middle = np.empty(3)
     sums = np.zeros((LEAF, 2))
-    stack = np.empty(128, np.int64)
+    stack = np.empty(LEVELS, np.int64)
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
         # Offsets from the leaf are short enough for float32.
         for c in range(3):
-            middle[c] = tree.boxes[index(8 * a + c)]
-        put_block(blocks, tree.start[index(a)], middle, own, LEAF, 0)
+            middle[c] = tree.boxes[index(a), 0, LOWER, index(c)]
+        put_block(blocks, tree.start[index(a)] // LEAF, middle, own, 0)
         sums[:] = 0.0
         gathered = 0
-        top = 1
-        stack[0] = 0
-        while top:
-            top -= 1
-            b = stack[top]
-            if box_gap(tree.boxes, 3, a, b, 0) > reach:
-                continue
-            right = tree.right[index(b)]
-            if right:
-                stack[top], stack[top + 1] = right, b + 1
-                top += 2
-                continue
-            put_block(blocks, tree.start[index(b)], middle, candidates, CHUNK, gathered)
+        stack[0], top = 0, 1
+        while True:
+            b, top = next_leaf(tree, tree.boxes, a, reach, False, stack, top)
+            if b < 0:
+                break
+            put_block(blocks, tree.start[index(b)] // LEAF, middle, candidates, gathered)
             gathered += LEAF
             if gathered == CHUNK:
                 add_turns(own, candidates, gathered, reach, sums)
@@ -76,41 +55,40 @@ def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, e
 
 
 @inlined
-def put_block(blocks, start, middle, room, stride, place):  # type: ignore[no-untyped-def]
-    """Write the leaf whose points begin at row `start` into `room` from `place` on, as offsets from `middle` (3,).
+def put_block(blocks, leaf, middle, room, place):  # type: ignore[no-untyped-def]
+    """Write a leaf into `room` (6, M) from `place` on, as offsets from `middle` (3,).
 
     What has no normal is put out of reach of all others.
     """
-    first = np.int64(start) * CHANNELS
     for j in range(LEAF):
-        known = abs(blocks[index(first + 3 * LEAF + j)]) <= 1.0
+        known = abs(blocks[index(leaf), 3, index(j)]) <= 1.0
         for c in range(3):
-            offset = blocks[index(first + c * LEAF + j)] - middle[index(c)]
-            room[index(c * stride + place + j)] = np.float32(offset if known else np.inf)
-            normal = blocks[index(first + (3 + c) * LEAF + j)]
-            room[index((3 + c) * stride + place + j)] = np.float32(normal if known else 0.0)
+            offset = blocks[index(leaf), index(c), index(j)] - middle[index(c)]
+            room[index(c), index(place + j)] = np.float32(offset if known else np.inf)
+            normal = blocks[index(leaf), index(3 + c), index(j)]
+            room[index(3 + c), index(place + j)] = np.float32(normal if known else 0.0)
 
 
 @summing
 def add_turns(own, candidates, n, reach, sums):  # type: ignore[no-untyped-def]
     """Add to `sums` (LEAF, 2) of a leaf's points what the candidates within reach turn, and their squared distances.
 
-    `own` holds the leaf's points like `candidates`, in which they are CHUNK apart from channel to channel.
+    `own` (6, LEAF) are the leaf's points and `candidates` (6, CHUNK) the others: offsets, and normals.
     """
     nothing = np.float32(0.0)
     for i in range(LEAF):
-        x, y, z = own[i], own[LEAF + i], own[2 * LEAF + i]
-        u, v, w = own[3 * LEAF + i], own[4 * LEAF + i], own[5 * LEAF + i]
+        x, y, z = own[0, i], own[1, i], own[2, i]
+        u, v, w = own[3, i], own[4, i], own[5, i]
         turned, squares = nothing, nothing
         for j in range(n):
-            dx = candidates[index(j)] - x
-            dy = candidates[index(CHUNK + j)] - y
-            dz = candidates[index(2 * CHUNK + j)] - z
+            dx = candidates[0, index(j)] - x
+            dy = candidates[1, index(j)] - y
+            dz = candidates[2, index(j)] - z
             near = dx * dx + dy * dy + dz * dz <= reach
             dx, dy, dz = dx if near else nothing, dy if near else nothing, dz if near else nothing
-            du = candidates[index(3 * CHUNK + j)] - u
-            dv = candidates[index(4 * CHUNK + j)] - v
-            dw = candidates[index(5 * CHUNK + j)] - w
+            du = candidates[3, index(j)] - u
+            dv = candidates[4, index(j)] - v
+            dw = candidates[5, index(j)] - w
             turned += du * dx + dv * dy + dw * dz
             squares += dx * dx + dy * dy + dz * dz
         sums[i, 0] += turned

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.leaf_blocks import fill_blocks, leaves_of
 from topo_region_seg.compiled.lanes import trailing_zeros
 from topo_region_seg.compiled.predicate import CHANNELS, edge_length
 from topo_region_seg.data import FloatArray, IndexArray
@@ -34,15 +35,11 @@ TINY = 1e-37  # by this much it may, where single precision has no more digits
 
 
 class Leaves(NamedTuple):
-    """The points of L leaves.
-
-    `blocks` (L * 9 * LEAF,) holds leaf after leaf and in it channel after channel, positions from the middle of the
-    cloud; padding is inf.
-    """
+    """The points of L leaves."""
 
     points: FloatArray  # (N, 9) by id
     order: IndexArray  # (N,) point ids in tree order
-    blocks: npt.NDArray[np.float32]
+    blocks: npt.NDArray[np.float32]  # (L, 9, LEAF) as `leaf_blocks` has them, positions from the middle of the cloud
     blur: FloatArray  # (L, 3) how far off a difference of position, color and normal may be in the blocks
 
 
@@ -73,37 +70,29 @@ def grown_edges(edges: Edges) -> Edges:
 
 def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
     """Return the points (N, 9) in the order of the tree and in blocks of single precision."""
-    n_leaves = (len(channels) + LEAF - 1) // LEAF
-    leaves = Leaves(
-        channels,
-        tree.order,
-        np.full(n_leaves * CHANNELS * LEAF, np.inf, np.float32),
-        np.empty((n_leaves, 3)),
-    )
     # Positions from their middle, which keeps the numbers small; colors and normals have their own origin.
     middle = np.zeros(CHANNELS)
-    if n_leaves:
+    if len(channels):
         middle[:3] = channels[:, :3].mean(axis=0)
-    fill_leaves(leaves, middle)
-    return leaves
+    blocks = np.empty((leaves_of(len(channels)), CHANNELS, LEAF), np.float32)
+    fill_blocks(tree.order, channels, middle, 0, blocks)
+    return Leaves(channels, tree.order, blocks, rounding_errors(blocks))
 
 
 @kernel
-def fill_leaves(leaves: Leaves, middle: FloatArray) -> None:
-    """Fill the leaves with their points, taking `middle` (9,) off in the blocks."""
-    leaves = borrowed(leaves)
-    for leaf in range(len(leaves.blur)):
-        start = leaf * LEAF
-        for three in range(3):
-            largest = 0.0
-            for c in range(3 * three, 3 * three + 3):
-                block = (leaf * CHANNELS + c) * LEAF
-                for row in range(start, min(start + LEAF, len(leaves.order))):
-                    value = leaves.points[index(leaves.order[index(row)]), index(c)] - middle[c]
-                    leaves.blocks[index(block + row - start)] = value
-                    # A missing normal stays out of it.
-                    largest = abs(value) if abs(value) > largest else largest
-            leaves.blur[leaf, three] = largest * ROUNDING
+def rounding_errors(blocks: npt.NDArray[np.float32]) -> FloatArray:
+    """Return by how much a coordinate of position, color and normal may be off in each of the blocks, (L, 3)."""
+    blocks = borrowed(blocks)
+    errors = np.zeros((len(blocks), CHANNELS // 3))
+    for leaf in range(len(blocks)):
+        for c in range(CHANNELS):
+            three = index(c // 3)
+            for i in range(LEAF):
+                value = abs(blocks[index(leaf), index(c), index(i)])
+                # A missing normal stays out of it, and so does padding.
+                if value > errors[index(leaf), three] and value < np.inf:
+                    errors[index(leaf), three] = value
+    return errors * ROUNDING
 
 
 @inlined

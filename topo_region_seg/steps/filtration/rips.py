@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from topo_region_seg.compiled.boxes import box_gap
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, box_gap
-from topo_region_seg.compiled.predicate import CHANNELS, Criterion
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.union_find import find, unite
 from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.steps.filtration.leaf_pairs import FAR, Edges, Leaves, meet_leaves, new_edges
@@ -228,12 +229,12 @@ def wait(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignor
     """Let a pair of two nodes wait for its scale, if it matters."""
     if joined(parent, same, a, b):
         return
-    gap = box_gap(tree.boxes, CHANNELS, a, b, 0)
+    gap = box_gap(tree.boxes, a, tree.boxes, b, 0)
     # False for NaN, so that a pair is only dropped for a reason.
     if (
         gap > limits.reach
-        or box_gap(tree.boxes, CHANNELS, a, b, 1) > limits.color_high
-        or box_gap(tree.boxes, CHANNELS, a, b, 2) > limits.chord_high
+        or box_gap(tree.boxes, a, tree.boxes, b, 1) > limits.color_high
+        or box_gap(tree.boxes, a, tree.boxes, b, 2) > limits.chord_high
     ):
         return
     place = max(bucket, bucket_of(gap))
