@@ -83,16 +83,17 @@ def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
 def rounding_errors(blocks: npt.NDArray[np.float32]) -> FloatArray:
     """Return by how much a coordinate of position, color and normal may be off in each of the blocks, (L, 3)."""
     blocks = borrowed(blocks)
-    errors = np.zeros((len(blocks), CHANNELS // 3))
+    errors = np.empty((len(blocks), CHANNELS // 3))
     for leaf in range(len(blocks)):
-        for c in range(CHANNELS):
-            three = index(c // 3)
-            for i in range(LEAF):
-                value = abs(blocks[index(leaf), index(c), index(i)])
-                # A missing normal stays out of it, and so does padding.
-                if value > errors[index(leaf), three] and value < np.inf:
-                    errors[index(leaf), three] = value
-    return errors * ROUNDING
+        for three in range(CHANNELS // 3):
+            largest = np.float32(0.0)
+            for c in range(3):
+                for i in range(LEAF):
+                    value = abs(blocks[index(leaf), index(3 * three + c), index(i)])
+                    # A missing normal, which is NaN, and padding stay out of it.
+                    largest = max(largest, value if value < np.inf else np.float32(0.0))
+            errors[index(leaf), index(three)] = largest * ROUNDING
+    return errors
 
 
 @inlined
