@@ -16,9 +16,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from topo_region_seg.api import persistent_components, segment
-    from topo_region_seg.data import Adjacency, Barcode, Cloud, Components, Features, Region, RegionTable, Segmentation
-    from topo_region_seg.params import ParameterError, Params
+    from topo_region_seg.data import (
+        Adjacency,
+        Barcode,
+        Cloud,
+        Components,
+        Features,
+        Region,
+        RegionTable,
+        SegmentationWarning,
+    )
+    from topo_region_seg.parameter_table import ParameterError
+    from topo_region_seg.params import Params
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
+    from topo_region_seg.segmentation import Segmentation
 
 __version__ = "0.1.0"
 
@@ -31,8 +42,9 @@ _HOME = {
     "Features": "data",
     "Region": "data",
     "RegionTable": "data",
-    "Segmentation": "data",
-    "ParameterError": "params",
+    "Segmentation": "segmentation",
+    "SegmentationWarning": "data",
+    "ParameterError": "parameter_table",
     "Params": "params",
     "MissingColorError": "pipeline",
     "Pipeline": "pipeline",
@@ -53,6 +65,7 @@ __all__ = [
     "Region",
     "RegionTable",
     "Segmentation",
+    "SegmentationWarning",
     "__version__",
     "persistent_components",
     "segment",

@@ -275,8 +275,8 @@ def test_without_dask_the_option_says_what_to_install(monkeypatch, capsys) -> No
     assert err.count("\n") == 1 and "pip install '.[dask]'" in err
 
 
-def test_the_example_in_the_readme_is_what_is_found(tmp_path) -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_example_in_the_documentation_is_what_is_found(tmp_path) -> None:
+    text = (ROOT / "docs" / "evaluation.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- evaluation:")[2].partition("<!-- end of evaluation -->")[0]
     (line,) = [line for line in shown.splitlines() if line.startswith(" mean over frames")]
     found = evaluated(tmp_path, SIMULATED)

@@ -49,11 +49,6 @@ VIEW_BUTTONS = {
 MODES = {"label": "Regions", "rgb": "Colors", "truth": "Truth"}
 
 
-def kind(params: Params) -> str:
-    """Return what the labels of a run are of."""
-    return "supervoxels" if params.mode == "supervoxels" else params.level
-
-
 def lead(record: RunRecord, params: Params) -> str:
     """Return the first sentences."""
     count, failed = len(record.frames), len(record.rejected)
@@ -62,7 +57,9 @@ def lead(record: RunRecord, params: Params) -> str:
     own = params.as_dict()
     changed = [f"{name} = {_plain(own[name])}" for name, value in Params().as_dict().items() if own[name] != value]
     made = f"Parameters other than the defaults: {', '.join(changed)}" if changed else "All parameters are the defaults"
-    return f"{count} cloud{'' if count == 1 else 's'} segmented {of}; {rejected}. Labels are of {kind(params)}. {made}."
+    return (
+        f"{count} cloud{'' if count == 1 else 's'} segmented {of}; {rejected}. Labels are of {params.output}. {made}."
+    )
 
 
 def notices(run: Run, truth: str | None) -> str:
@@ -88,7 +85,7 @@ def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> 
         total = [frame.record.ms.get("total", 0.0) for frame in frames]
         points = int(np.median([frame.record.points for frame in frames]))
         spread = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else f"{counts[0]}"
-        shown.append((f"{kind(params).capitalize()} a frame", spread, f"median {np.median(counts):g}"))
+        shown.append((f"{params.output.capitalize()} a frame", spread, f"median {np.median(counts):g}"))
         shown.append(("Points a frame", f"{points:,}", "median, invalid ones included"))
         shown.append(("Time a frame", f"{np.median(total):.0f} ms", f"median; p95 {np.percentile(total, 95):.0f} ms"))
     notes = {"wov": "1 is best", "fos": "0 is best", "fus": "0 is best"}
@@ -108,7 +105,7 @@ def chart_figures(names: Collection[str], params: Params) -> str:
     parts = []
     for name in names:
         title, what = CHARTS[name]
-        title = kind(params).capitalize() if name == "regions" else title
+        title = params.output.capitalize() if name == "regions" else title
         legend = '<ul class="legend"></ul>' if name == "time" else ""
         parts.append(
             f'<figure class="chart" data-chart="{name}">'
@@ -121,9 +118,9 @@ def chart_figures(names: Collection[str], params: Params) -> str:
 
 def frame_section(frame: FrameContent, params: Params) -> str:
     """Return one frame with its pictures."""
-    captions = {**CAPTIONS, "regions": kind(params).capitalize()}
+    captions = {**CAPTIONS, "regions": params.output.capitalize()}
     record, index = frame.record, frame.index
-    facts = [f"{record.points:,} points", f"{record.regions} {kind(params)}", f"{record.ms.get('total', 0.0):.0f} ms"]
+    facts = [f"{record.points:,} points", f"{record.regions} {params.output}", f"{record.ms.get('total', 0.0):.0f} ms"]
     if frame.quality and frame.quality["wov"] is not None:
         facts.append(f"WOv {frame.quality['wov']:.3f}, Fos {frame.quality['fos']:.3f}, Fus {frame.quality['fus']:.3f}")
     facts.append(f"frame id {frame.frame_id!r}")
@@ -158,7 +155,7 @@ def closer(frames: Sequence[FrameContent], params: Params) -> str:
     )
     modes = "".join(
         f'<button type="button" data-mode="{mode}" aria-pressed="false">{text(name)}</button>'
-        for mode, name in {**MODES, "label": kind(params).capitalize()}.items()
+        for mode, name in {**MODES, "label": params.output.capitalize()}.items()
         if mode in known
     )
     acts = "".join(
