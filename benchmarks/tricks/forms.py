@@ -246,16 +246,16 @@ FORMS = {
     "sums in order": Form(
         "`summing` lets sums be taken in any order", ("support", "normals", "grooves", "supervoxels"), _sums_in_order
     ),
-    "plain sieve": Form("`sift_leaves` takes eight points at once", ("filtration", "dense", "near"), _plain_sieve),
-    "no sieve": Form("leaves are sifted in single precision first", ("filtration", "dense", "near"), _no_sieve),
+    "plain sieve": Form("`sift_leaves` takes eight points at once", FILTRATIONS, _plain_sieve),
+    "no sieve": Form("leaves are sifted in single precision first", FILTRATIONS, _no_sieve),
     "plain gap": Form(
         "`gap_of_four` takes three channels at once",
-        ("normals", "filtration", "grooves", "supervoxels", "dense"),
+        ("normals", *FILTRATIONS, "grooves", "supervoxels", "objects", "adjacency"),
         _plain_gap,
     ),
     "plain bytes": Form("`float32_at` reads four bytes as a number", ("records",), _plain_bytes),
     "plain zeros": Form(
-        "`trailing_zeros` finds the lowest bit", ("filtration", "dense", "near", "supervoxels"), _plain_zeros
+        "`trailing_zeros` finds the lowest bit", (*FILTRATIONS, "supervoxels"), _plain_zeros
     ),
     "library root": Form("the cube root is a polynomial and Halley's steps", ("color",), _library_root),
     "scanned offers": Form("a bit for each bucket finds the best offer", ("supervoxels",), _scanned_offers),

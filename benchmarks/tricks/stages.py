@@ -5,170 +5,197 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from benchmarks import hostile, recordings, synthetic
-from benchmarks.points import FloatArray
+from benchmarks.points import FloatArray, Points
 from topo_region_seg.beyond.adjacency import adjacency
+from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.beyond.objects.unite import unite_objects
 from topo_region_seg.beyond.supervoxels.patches import supervoxels
-from topo_region_seg.compiled.kd_tree import Tree, position_tree
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.selection import gather, gather_columns
+from topo_region_seg.growth import growth_of_output
 from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.segmentation import Segmentation
 from topo_region_seg.steps.color import srgb_to_lab
 from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
+from topo_region_seg.steps.regions import describe_regions, number_regions
 from topo_region_seg.steps.small_regions import settle_small_regions
 from topo_region_seg.steps.support import above, find_floor
-from topo_region_seg.steps.thinning import thin_for
+from topo_region_seg.steps.thinning import thin
 
-
-@dataclass(frozen=True)
-class Scene:
-    """The first frame, as each stage of the pipeline sees it."""
-
-    message: Any
-    params: Params
-    cropped: FloatArray
-    rgb: Any
-    xyz: FloatArray
-    lab: FloatArray
-    normals: FloatArray
-    tree: Tree
+PEERS = Params(max_radius=0.03, color_threshold=10.0, angle_threshold=5.0)
+"""Parameters of the clouds that the core is held against other programs on."""
+Work = Callable[[], Any]
 
 
 @cache
-def scene() -> Scene:
-    """Preprocess the first frame."""
-    frame, params = recordings.frames()[0], Params()
-    cloud = frame.cloud()
-    rows = crop(cloud.xyz, params)
-    cropped = cloud.xyz[rows].astype(np.float64)
-    plane = find_floor(cropped, params)
-    kept = np.arange(len(rows)) if plane is None else above(cropped, plane, params.floor_distance)
-    thinned = thin_for(params, np.ascontiguousarray(cropped[kept]), cloud.rgb[rows[kept]])
-    assert thinned is not None and thinned.rgb is not None
-    tree = position_tree(thinned.xyz)
-    lab, normals = srgb_to_lab(thinned.rgb), estimate_normals(thinned.xyz, tree, params)
-    return Scene(frame.msg, params, cropped, thinned.rgb, thinned.xyz, lab, normals, tree)
+def segmented(output: str = "regions") -> Segmentation:
+    """Segment the first frame."""
+    return Pipeline(Params(output=output)).run(recordings.frames()[0].cloud())
 
 
-def records() -> Callable[[], Any]:
+@cache
+def cropped() -> tuple[Any, FloatArray]:
+    """Return the first frame, and its points after the crop, column by column."""
+    cloud = recordings.frames()[0].cloud()
+    return cloud, gather_columns(cloud.xyz, crop(cloud.xyz, Params()))
+
+
+def records() -> Work:
     """Decode the message."""
-    frame = recordings.frames()[0]
-    return frame.cloud
+    return recordings.frames()[0].cloud
 
 
-def support() -> Callable[[], Any]:
+def cropping() -> Work:
+    """Crop the cloud."""
+    cloud, _ = cropped()
+
+    def work() -> FloatArray:
+        return gather_columns(cloud.xyz, crop(cloud.xyz, Params()))
+
+    return work
+
+
+def support() -> Work:
     """Find the support plane, and what is in front of it."""
-    cropped, params = np.asfortranarray(scene().cropped), scene().params
-    plane = find_floor(cropped, params)
+    _, xyz = cropped()
+    params, plane = Params(), segmented().plane
     assert plane is not None
-    return lambda: (find_floor(cropped, params), above(cropped, plane, params.floor_distance))
+
+    def work() -> FloatArray:
+        find_floor(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
+        return gather(xyz, above(xyz, plane, params.floor_distance))
+
+    return work
 
 
-def color() -> Callable[[], Any]:
+def thinning() -> Work:
+    """Thin the cloud."""
+    cloud, xyz = cropped()
+    return partial(thin, np.ascontiguousarray(xyz), cloud.rgb[crop(cloud.xyz, Params())], Params().voxel_size)
+
+
+def color() -> Work:
     """Convert sRGB to CIELAB."""
-    rgb = scene().rgb
-    return lambda: srgb_to_lab(rgb)
+    return partial(srgb_to_lab, recordings.frames()[0].cloud().rgb[segmented().index])
 
 
-def tree() -> Callable[[], Any]:
+def tree() -> Work:
     """Build the tree of positions."""
-    xyz = scene().xyz
-    return lambda: position_tree(xyz)
+    return partial(position_tree, segmented().filtered.xyz)
 
 
-def normals() -> Callable[[], Any]:
+def normals() -> Work:
     """Estimate normals."""
-    s = scene()
-    return lambda: estimate_normals(s.xyz, s.tree, s.params)
+    filtered, params = segmented().filtered, Params()
+    return partial(estimate_normals, filtered.xyz, filtered.tree, params.normal_radius, params.normal_min_neighbors)
 
 
-def _filtration(channels: FloatArray, params: Params, by_position: Tree | None = None) -> Callable[[], Any]:
-    limits = criterion(params)
-    return lambda: filtration(channels, limits, params.reach, by_position)
-
-
-def filtration_() -> Callable[[], Any]:
+def filtering() -> Work:
     """Compute the filtration."""
-    s = scene()
-    return _filtration(homogeneity_channels(s.xyz, s.lab, s.normals, s.params), s.params, s.tree)
+    filtered = segmented().filtered
+    radius = filtered.growth.max_radius
+    return partial(filtration, filtered.channels, criterion(filtered.growth, radius), radius, filtered.tree)
 
 
-def small_regions() -> Callable[[], Any]:
+def small_regions() -> Work:
     """Merge the small regions."""
-    s = scene()
-    channels, weight = homogeneity_channels(s.xyz, s.lab, s.normals, s.params), np.ones(len(s.xyz), np.int64)
-    root = filtration_()().root
-    limits = criterion(s.params)
-    return lambda: settle_small_regions(channels, s.tree, root, weight, limits, s.params)
+    filtered = segmented().filtered
+    limits = criterion(filtered.growth, filtered.growth.radius)
+    root = filtered.components.root
+    return partial(settle_small_regions, filtered.channels, filtered.tree, root, filtered.weight, limits, Params())
 
 
-def grooves() -> Callable[[], Any]:
+def regions() -> Work:
+    """Number and describe the regions."""
+    filtered = segmented().filtered
+
+    def work() -> Any:
+        labels = number_regions(filtered.xyz, filtered.components.root, filtered.weight)
+        return describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, filtered.components)
+
+    return work
+
+
+def grooves() -> Work:
     """Find the grooves."""
-    s = scene()
-    params = s.params.replace(level="objects")
-    return lambda: find_grooves(s.xyz, s.normals, s.tree, params)
+    filtered = segmented("objects").filtered
+    assert filtered.features.normals is not None
+    return partial(find_grooves, filtered.xyz, filtered.features.normals, filtered.tree, Params(output="objects"))
 
 
-def objects() -> Callable[[], Any]:
+def objects() -> Work:
     """Unite regions to objects."""
-    s = scene()
-    params = s.params.replace(level="objects")
-    loose = find_grooves(s.xyz, s.normals, s.tree, params) | np.isnan(s.normals[:, 0])
-    root, weight = filtration_()().root, np.ones(len(s.xyz), np.int64)
-    return lambda: unite_objects(s.xyz, s.normals, loose, s.tree, root, weight, params)
+    filtered = segmented("objects").filtered
+    normals, params = filtered.features.normals, Params(output="objects")
+    assert normals is not None
+    loose, root = np.isnan(filtered.channels[:, 6]), filtered.components.root
+    return partial(unite_objects, filtered.xyz, normals, loose, filtered.tree, root, filtered.weight, params)
 
 
-def adjacency_() -> Callable[[], Any]:
+def borders() -> Work:
     """Find the pairs of points at the borders of components."""
-    s = scene()
-    labels = (filtration_()().root + 1).astype(np.uint32)
-    return lambda: adjacency(s.xyz, labels, s.tree, 0.01)
+    filtered = segmented().filtered
+    return partial(adjacency, filtered.xyz, (filtered.components.root + 1).astype(np.uint32), filtered.tree, 0.01)
 
 
-def supervoxels_() -> Callable[[], Any]:
+def patches() -> Work:
     """Divide the regions into supervoxels."""
-    s = scene()
-    params = s.params.replace(mode="supervoxels")
-    channels, weight = homogeneity_channels(s.xyz, s.lab, s.normals, s.params), np.ones(len(s.xyz), np.int64)
-    root = filtration_()().root
-    return lambda: supervoxels(channels, s.tree, root, weight, params)
+    filtered, params = segmented("supervoxels").filtered, Params(output="supervoxels")
+    limits = criterion(filtered.growth, filtered.growth.radius)
+    root = filtered.components.root
+    return partial(supervoxels, filtered.channels, filtered.tree, root, filtered.weight, limits, params)
 
 
-def dense() -> Callable[[], Any]:
+def local() -> Work:
+    """Find the spacing and noise of the cloud, and the coordinates in which lengths do not grow."""
+    cloud, xyz = cropped()
+    rows = crop(cloud.xyz, Params())
+    return lambda: local_units(xyz, rows, cloud.width, cloud.height).at(xyz)
+
+
+def _from_nothing(points: Points) -> Work:
+    growth = growth_of_output(PEERS)
+    channels = homogeneity_channels(points.xyz, points.lab, points.normals, growth)
+    return partial(filtration, channels, criterion(growth, growth.max_radius), growth.max_radius)
+
+
+def ball() -> Work:
     """Compute the filtration of points that are all within reach of each other."""
-    params = Params(max_radius=0.03, color_threshold=10.0, angle_threshold=5.0)
-    ball = hostile.dense_ball(26_000, params.max_radius)
-    return _filtration(homogeneity_channels(ball.xyz, ball.lab, ball.normals, params), params)
+    return _from_nothing(hostile.dense_ball(26_000, 0.03))
 
 
-def near() -> Callable[[], Any]:
+def made() -> Work:
     """Compute the filtration of made objects whose points are 0.8 mm apart."""
-    params = Params(max_radius=0.03, color_threshold=10.0, angle_threshold=5.0)
-    points = synthetic.objects(26_000, 0.0008)
-    return _filtration(homogeneity_channels(points.xyz, points.lab, points.normals, params), params)
+    return _from_nothing(synthetic.objects(26_000, 0.0008))
 
 
-STAGES: dict[str, Callable[[], Callable[[], Any]]] = {
+STAGES: dict[str, Callable[[], Work]] = {
     "records": records,
+    "crop": cropping,
     "support": support,
+    "thinning": thinning,
     "color": color,
     "tree": tree,
     "normals": normals,
-    "filtration": filtration_,
+    "filtration": filtering,
+    "filtration, ball": ball,
+    "filtration, made": made,
     "small_regions": small_regions,
+    "regions": regions,
     "grooves": grooves,
     "objects": objects,
-    "adjacency": adjacency_,
-    "supervoxels": supervoxels_,
-    "dense": dense,
-    "near": near,
+    "adjacency": borders,
+    "supervoxels": patches,
+    "local_units": local,
 }
