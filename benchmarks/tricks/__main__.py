@@ -25,7 +25,9 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{form.words} (left out: {name})", flush=True)
         for stage in form.stages:
             times = without[stage] / with_it[stage]
-            print(f"  {stage:14}{with_it[stage]:9.2f}{without[stage]:9.2f}{times:7.2f} times as long without", flush=True)
+            print(
+                f"  {stage:14}{with_it[stage]:9.2f}{without[stage]:9.2f}{times:7.2f} times as long without", flush=True
+            )
     return 0
 
 

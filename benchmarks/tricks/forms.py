@@ -79,27 +79,17 @@ def _sums_in_order() -> None:
 
 
 def _plain_gap() -> None:
-    def gap_of_four(boxes, p, q, width):  # type: ignore[no-untyped-def]
+    def gap_of_four(boxes, a, others, b, three):  # type: ignore[no-untyped-def]
+        p, q, t = np.uint64(a), np.uint64(b), np.uint64(three)
         gap = np.float32(0.0)
-        for c in range(4):
-            below = boxes[np.uint64(q + c)] - boxes[np.uint64(p + width + c)]
-            above = boxes[np.uint64(p + c)] - boxes[np.uint64(q + width + c)]
+        for c in range(3):
+            below = others[q, t, 0, np.uint64(c)] - boxes[p, t, 1, np.uint64(c)]
+            above = boxes[p, t, 0, np.uint64(c)] - others[q, t, 1, np.uint64(c)]
             apart = max(np.float32(0.0), below, above)
             gap += apart * apart
         return gap
 
     _replace("compiled.lanes", gap_of_four=_inlined(gap_of_four))
-
-
-def _plain_bytes() -> None:
-    def float32_at(data, place):  # type: ignore[no-untyped-def]
-        p = np.uint64(place)
-        word = np.uint32(data[p]) | (np.uint32(data[p + np.uint64(1)]) << np.uint32(8))
-        word |= np.uint32(data[p + np.uint64(2)]) << np.uint32(16)
-        word |= np.uint32(data[p + np.uint64(3)]) << np.uint32(24)
-        return np.uint32(word).view(np.float32)
-
-    _replace("compiled.lanes", float32_at=_inlined(float32_at))
 
 
 def _plain_zeros() -> None:
@@ -114,21 +104,20 @@ def _plain_zeros() -> None:
 
 def _plain_sieve() -> None:
     leaf = 8
-    channels = 9
 
     def sift_leaves(blocks, roots, row_a, row_b, sieve):  # type: ignore[no-untyped-def]
         reach, color_from, color_to, chord_from, chord_to, near = sieve
         hits, beyond = 0, np.float32(np.inf)
+        p, q = np.uint64(row_a // leaf), np.uint64(row_b // leaf)
         for i in range(leaf):
             for j in range(leaf):
-                at, other = np.uint64(row_a * channels + i), np.uint64(row_b * channels + j)
                 d2, color, chord = np.float32(0.0), np.float32(0.0), np.float32(0.0)
                 for c in range(3):
-                    d2 += (blocks[at + np.uint64(c * leaf)] - blocks[other + np.uint64(c * leaf)]) ** 2
+                    d2 += (blocks[p, np.uint64(c), np.uint64(i)] - blocks[q, np.uint64(c), np.uint64(j)]) ** 2
                 for c in range(3, 6):
-                    color += (blocks[at + np.uint64(c * leaf)] - blocks[other + np.uint64(c * leaf)]) ** 2
+                    color += (blocks[p, np.uint64(c), np.uint64(i)] - blocks[q, np.uint64(c), np.uint64(j)]) ** 2
                 for c in range(6, 9):
-                    chord += (blocks[at + np.uint64(c * leaf)] - blocks[other + np.uint64(c * leaf)]) ** 2
+                    chord += (blocks[p, np.uint64(c), np.uint64(i)] - blocks[q, np.uint64(c), np.uint64(j)]) ** 2
                 passes = (
                     (roots[np.uint64(row_a + i)] != roots[np.uint64(row_b + j)])
                     & (d2 <= reach)
@@ -184,17 +173,7 @@ def _library_root() -> None:
     _replace("steps.color", lightness=_inlined(lightness))
 
 
-def _scanned_offers() -> None:
-    def least_bucket(offers):  # type: ignore[no-untyped-def]
-        for bucket in range(len(offers.head)):
-            if offers.head[bucket] >= 0:
-                return bucket
-        return -1
-
-    _replace("beyond.supervoxels.offers", least_bucket=_kernel(least_bucket))
-
-
-def _offers_from_a_mark() -> None:
+def _marked_bucket() -> None:
     offers = _module("beyond.supervoxels.offers")
     mark = 64  # the word after those of the buckets
 
@@ -222,42 +201,28 @@ def _offers_from_a_mark() -> None:
         offers.filled[mark] = bucket
         return bucket if bucket < n else np.int64(-1)
 
-    _replace("beyond.supervoxels.offers", put_offer=_inlined(put_offer), drop_offer=_inlined(drop_offer), least_bucket=_inlined(least_bucket))
+    _replace(
+        "beyond.supervoxels.offers",
+        put_offer=_inlined(put_offer),
+        drop_offer=_inlined(drop_offer),
+        least_bucket=_inlined(least_bucket),
+    )
 
 
-EVERYTHING = (
-    "records",
-    "support",
-    "tree",
-    "normals",
-    "filtration",
-    "small_regions",
-    "grooves",
-    "objects",
-    "adjacency",
-    "supervoxels",
-    "dense",
-)
+FILTRATIONS = ("filtration", "filtration, ball", "filtration, made")
+WALKS = ("normals", "small_regions", "grooves", "objects", "adjacency", "supervoxels")
 
 FORMS = {
-    "signed index": Form("`index` makes an index unsigned", EVERYTHING, _signed_index),
-    "counted arrays": Form("`borrowed` counts no references", EVERYTHING, _counted_arrays),
-    "calls": Form("`inlined` compiles into the caller", EVERYTHING, _calls),
-    "sums in order": Form(
-        "`summing` lets sums be taken in any order", ("support", "normals", "grooves", "supervoxels"), _sums_in_order
+    "index": Form("an index is unsigned", ("records", "tree", *WALKS, *FILTRATIONS), _signed_index),
+    "borrowed": Form("references to arrays are not counted", ("supervoxels", *FILTRATIONS), _counted_arrays),
+    "inlined": Form("functions are compiled into their callers", (*WALKS, *FILTRATIONS), _calls),
+    "summing": Form("sums are taken in any order", ("support", "normals", "grooves", "supervoxels"), _sums_in_order),
+    "single precision": Form("leaves are sieved in single precision first", FILTRATIONS, _no_sieve),
+    "vector sieve": Form("the sieve takes eight points at once", FILTRATIONS, _plain_sieve),
+    "vector gap": Form("the gap of boxes takes four cells at once", (*WALKS, *FILTRATIONS), _plain_gap),
+    "trailing zeros": Form(
+        "the lowest bit that is set is found by one instruction", ("supervoxels", *FILTRATIONS), _plain_zeros
     ),
-    "plain sieve": Form("`sift_leaves` takes eight points at once", FILTRATIONS, _plain_sieve),
-    "no sieve": Form("leaves are sifted in single precision first", FILTRATIONS, _no_sieve),
-    "plain gap": Form(
-        "`gap_of_four` takes three channels at once",
-        ("normals", *FILTRATIONS, "grooves", "supervoxels", "objects", "adjacency"),
-        _plain_gap,
-    ),
-    "plain bytes": Form("`float32_at` reads four bytes as a number", ("records",), _plain_bytes),
-    "plain zeros": Form(
-        "`trailing_zeros` finds the lowest bit", (*FILTRATIONS, "supervoxels"), _plain_zeros
-    ),
-    "library root": Form("the cube root is a polynomial and Halley's steps", ("color",), _library_root),
-    "scanned offers": Form("a bit for each bucket finds the best offer", ("supervoxels",), _scanned_offers),
-    "marked offers": Form("a bit for each bucket finds the best offer", ("supervoxels",), _offers_from_a_mark),
+    "cube root": Form("the cube root is three of Halley's steps", ("color",), _library_root),
+    "filled buckets": Form("a bit tells of each bucket whether it is filled", ("supervoxels",), _marked_bucket),
 }

@@ -79,9 +79,7 @@ def racers(tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[st
 def best_times(tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[str]) -> list[dict[str, float]]:
     """Return for each form the least processor time of each stage, ms."""
     with racers(tasks, stages) as started:
-        return [
-            {stage: min(times) for stage, times in found.items()} for found in _turns(started, stages, ROUNDS)
-        ]
+        return [{stage: min(times) for stage, times in found.items()} for found in _turns(started, stages, ROUNDS)]
 
 
 def _turns(started: Sequence[Racer], stages: Sequence[str], rounds: int) -> list[dict[str, list[float]]]:

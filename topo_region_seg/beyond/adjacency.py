@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.compiled.walks import PAIR_LEVELS, next_pair
@@ -45,7 +45,6 @@ def border_pairs(tree: Tree, xyz: FloatArray, region: IntArray, reach2: float) -
 
     The first point of a pair is the one in the smaller region. `tree` is over the positions `xyz` (N, 3), m.
     """
-    tree, xyz, region = borrowed(tree), borrowed(xyz), borrowed(region)
     a, b = np.empty(1024, np.int32), np.empty(1024, np.int32)
     count = 0
     if len(tree.start) == 0:

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.data import LabelArray
 
 
@@ -30,7 +30,6 @@ def read_records(
     `coordinates` and `color` are offsets in a record, `row_step` and `point_step` strides, all in bytes and within
     `data` (M,). Nothing need be aligned.
     """
-    data, xyz, rgb = borrowed(data), borrowed(xyz), borrowed(rgb)
     colored = len(rgb) > 0
     point = 0
     for row in range(height):
@@ -68,8 +67,6 @@ def write_labeled_records(
 
     `rgb` is (N, 3), or (0, 3) where there is no color. Returns whether all coordinates are finite.
     """
-    xyz, rgb, labels = borrowed(xyz), borrowed(rgb), borrowed(labels)
-    records, words = borrowed(records), borrowed(words)
     colored = len(rgb) > 0
     finite = True
     for i in range(len(xyz)):

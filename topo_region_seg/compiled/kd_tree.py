@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.compiled.boxes import bound_channel, join_boxes
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import FloatArray, IndexArray
 
@@ -80,7 +80,6 @@ def split_nodes(
     Where the nodes are `given` already split by position, those that are widest in position are left as they are.
     Returns whether the last node was.
     """
-    tree, columns, weights, keys = borrowed(tree), borrowed(columns), borrowed(weights), borrowed(keys)
     d = len(columns)
     anew_until = 0 if given else end_node
     for k in range(first_node, end_node):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.data import FloatArray, IndexArray
 
@@ -36,7 +36,6 @@ def fill_blocks(
     order: IndexArray, values: FloatArray, origin: FloatArray, first: int, blocks: npt.NDArray[np.floating]
 ) -> None:
     """Write `values` (N, C), less their `origin` (C,), into the channels of `blocks` from the `first` on."""
-    order, values, origin, blocks = borrowed(order), borrowed(values), borrowed(origin), borrowed(blocks)
     n, channels = values.shape
     for row in range(n):
         leaf, place, point = index(row // LEAF), index(row % LEAF), index(order[index(row)])

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 
 @kernel
 def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
     """Return the voxel (N,) of every point, numbered in the order of appearance, and the first point (M,) of each."""
-    xyz = borrowed(xyz)
     n = len(xyz)
     slots = 16
     while slots < 2 * n:
@@ -36,13 +35,13 @@ def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
         slot = (a * 73856093 ^ b * 19349663 ^ c * 83492791) * -7046029254386353131
         slot = (slot ^ (slot >> 32)) & (slots - 1)
         while True:
-            v = np.int64(table[index(slot)])
+            v = np.int64(table[slot])
             if v < 0:
-                v, table[index(slot)] = count, count
-                cells[index(v), 0], cells[index(v), 1], cells[index(v), 2] = a, b, c
-                first[index(v)] = i
+                v, table[slot] = count, count
+                cells[v, 0], cells[v, 1], cells[v, 2] = a, b, c
+                first[v] = i
                 count += 1
-            if cells[index(v), 0] == a and cells[index(v), 1] == b and cells[index(v), 2] == c:
+            if cells[v, 0] == a and cells[v, 1] == b and cells[v, 2] == c:
                 voxel[i] = v
                 break
             slot = (slot + 1) & (slots - 1)
@@ -52,11 +51,10 @@ def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
 @kernel
 def voxel_means(values: npt.NDArray[Any], voxel: IntArray, n_voxels: int) -> tuple[FloatArray, IntArray]:
     """Return the mean (M, 3) of the `values` (N, 3) in each voxel, and the number of them (M,)."""
-    values, voxel = borrowed(values), borrowed(voxel)
     mean = np.zeros((n_voxels, 3))
     count = np.zeros(n_voxels, np.int64)
     for i in range(len(voxel)):
-        v = index(voxel[i])
+        v = voxel[i]
         count[v] += 1
         for c in range(3):
             mean[v, c] += values[i, c]

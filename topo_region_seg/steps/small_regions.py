@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.nearest import nearest_outside
 from topo_region_seg.compiled.partition import count_off, first_points, uniform_regions
@@ -101,7 +101,6 @@ def merge_small_regions(
     `n_nearest` points of other regions nearest to the representative, the one with the smallest normalized
     difference of color and normal is chosen.
     """
-    tree, channels, region = borrowed(tree), borrowed(channels), borrowed(region)
     n_regions = len(size)
     parent = np.arange(n_regions)
     size, representative, rank = size.copy(), representative.copy(), rank.copy()

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.compiled.boxes import box_of_point
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.nearest import comes_before
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
@@ -35,8 +35,6 @@ def regions_along(
     (N, 3) counts `across` times more. `region` (N,) is that of each point and `uniform` (K,) that of all points of a
     node, or -1; points in region `nobody` are no candidates. Where there are none, `found` keeps what it has.
     """
-    tree, xyz, normals = borrowed(tree), borrowed(xyz), borrowed(normals)
-    region, uniform = borrowed(region), borrowed(uniform)
     stack = np.empty(LEVELS, np.int64)
     for point in points[first:end]:
         best, choice = np.inf, -1

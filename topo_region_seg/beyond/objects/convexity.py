@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.walks import PAIR_LEVELS, next_pair
 from topo_region_seg.data import FloatArray, IntArray
@@ -45,7 +45,6 @@ def find_borders(
     counts from 0, in the order of the tree; below 0 for points that judge nothing, as must be those without a normal.
     `uniform` (K,) is what `uniform_regions` returns.
     """
-    tree, blocks, region, uniform = borrowed(tree), borrowed(blocks), borrowed(region), borrowed(uniform)
     slot, key, figures, count = np.full(1024, FREE), np.empty(256, np.int64), np.empty((256, 3)), 0
     reach2 = reach * reach
     stack = np.empty((PAIR_LEVELS, 2), np.int64)
@@ -75,8 +74,6 @@ def judge_leaves(  # type: ignore[no-untyped-def]
     A border's `key` (M,) holds its regions; `slot` is the table of the keys. Here, and not in the loop over the
     leaves, as the three are not borrowed there.
     """
-    tree, blocks, region = borrowed(tree), borrowed(blocks), borrowed(region)
-    slot, key, figures = borrowed(slot), borrowed(key), borrowed(figures)
     last, border = np.int64(FREE), index(0)
     leaf, leaf_q = index(tree.start[p] // LEAF), index(tree.start[q] // LEAF)
     for a in range(tree.stop[p] - tree.start[p]):

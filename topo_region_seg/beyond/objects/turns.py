@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.compiled.boxes import LOWER
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel, summing
+from topo_region_seg.compiled.dialect import index, inlined, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray
@@ -23,7 +23,6 @@ def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, e
     squares from the points within it: ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum(|x_i - x_j|^2)``. Below 0
     they turn to the inside; it is NaN for a point that has no normal or is alone.
     """
-    tree, blocks, turn = borrowed(tree), borrowed(blocks), borrowed(turn)
     reach = np.float32(radius * radius)
     candidates = np.empty((6, CHUNK), np.float32)
     own = np.empty((6, LEAF), np.float32)

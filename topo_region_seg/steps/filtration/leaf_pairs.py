@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import fill_blocks, leaves_of
 from topo_region_seg.compiled.lanes import trailing_zeros
@@ -82,7 +82,6 @@ def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
 @kernel
 def rounding_errors(blocks: npt.NDArray[np.float32]) -> FloatArray:
     """Return by how much a coordinate of position, color and normal may be off in each of the blocks, (L, 3)."""
-    blocks = borrowed(blocks)
     errors = np.empty((len(blocks), CHANNELS // 3))
     for leaf in range(len(blocks)):
         for three in range(CHANNELS // 3):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
+from topo_region_seg.compiled.dialect import index, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.nearest import nearest_outside
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
@@ -32,8 +32,6 @@ def radius_normals(
     Both are by point id, and so is `radius` (N,), metres. The point itself counts as a neighbor; a point with fewer
     than `min_neighbors` of them keeps the normal it has.
     """
-    tree, blocks, radius = borrowed(tree), borrowed(blocks), borrowed(radius)
-    normals, counts = borrowed(normals), borrowed(counts)
     reach = np.zeros(LEAF)
     candidates = np.empty((3, CHUNK))
     moments = np.zeros((LEAF, 10))
