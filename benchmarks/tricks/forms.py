@@ -83,8 +83,8 @@ def _plain_gap() -> None:
         p, q, t = np.uint64(a), np.uint64(b), np.uint64(three)
         gap = np.float32(0.0)
         for c in range(3):
-            below = others[q, t, 0, np.uint64(c)] - boxes[p, t, 1, np.uint64(c)]
-            above = boxes[p, t, 0, np.uint64(c)] - others[q, t, 1, np.uint64(c)]
+            below = others[t, q, 0, np.uint64(c)] - boxes[t, p, 1, np.uint64(c)]
+            above = boxes[t, p, 0, np.uint64(c)] - others[t, q, 1, np.uint64(c)]
             apart = max(np.float32(0.0), below, above)
             gap += apart * apart
         return gap
@@ -174,7 +174,6 @@ def _library_root() -> None:
 
 
 def _marked_bucket() -> None:
-    offers = _module("beyond.supervoxels.offers")
     mark = 64  # the word after those of the buckets
 
     def put_offer(offers, point, bucket):  # type: ignore[no-untyped-def]

@@ -117,7 +117,7 @@ def small_regions() -> Work:
 
 
 def regions() -> Work:
-    """Number and describe the regions."""
+    """Describe the components as regions."""
     filtered = segmented().filtered
 
     def work() -> Any:

@@ -50,9 +50,10 @@ def read_records(
 def float32_at(data, place):  # type: ignore[no-untyped-def]
     """Return the float32 whose four bytes, the lowest first, begin at a place in `data`; compiled to a single load."""
     p = index(place)
-    low = np.uint32(data[p]) | (np.uint32(data[p + index(1)]) << np.uint32(8))
-    high = (np.uint32(data[p + index(2)]) << np.uint32(16)) | (np.uint32(data[p + index(3)]) << np.uint32(24))
-    return np.uint32(low | high).view(np.float32)
+    word = np.uint32(data[p]) | (np.uint32(data[p + index(1)]) << np.uint32(8))
+    word |= np.uint32(data[p + index(2)]) << np.uint32(16)
+    word |= np.uint32(data[p + index(3)]) << np.uint32(24)
+    return np.uint32(word).view(np.float32)
 
 
 @kernel

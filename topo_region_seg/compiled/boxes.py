@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounding boxes of tree nodes, in single precision, and the gaps between them.
 
-Channels come in threes: position, color, normal. A box keeps three lower and three upper bounds of each three, both
-filled up to four cells with a zero, as vectors have it: boxes are (K, T, 2, 4) float32.
+Channels come in threes: position, color, normal. Of each three a box keeps three lower and three upper bounds, both filled
+up to four cells with a zero, as vectors have it. Boxes of K nodes are (T, K, 2, 4) float32.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ SLACK = 1.0 - 1e-6  # of a squared gap: by less than 2**-21 of it the rounding o
 @inlined
 def bound_channel(boxes, node, channel, low, high):  # type: ignore[no-untyped-def]
     """Set the bounds of one channel of a node, rounded outwards."""
-    k, three, c = index(node), index(channel // 3), index(channel % 3)
-    boxes[k, three, LOWER, c] = low - abs(low) * ROUNDING
-    boxes[k, three, UPPER, c] = high + abs(high) * ROUNDING
+    t, k, c = index(channel // 3), index(node), index(channel % 3)
+    boxes[t, k, LOWER, c] = low - abs(low) * ROUNDING
+    boxes[t, k, UPPER, c] = high + abs(high) * ROUNDING
 
 
 @kernel
 def join_boxes(boxes, node, left, right):  # type: ignore[no-untyped-def]
     """Bound a node by the boxes of its children."""
     k, p, q = index(node), index(left), index(right)
-    for three in range(boxes.shape[1]):
+    for three in range(len(boxes)):
         t = index(three)
         for cell in range(4):
             c = index(cell)
-            boxes[k, t, LOWER, c] = min(boxes[p, t, LOWER, c], boxes[q, t, LOWER, c])
-            boxes[k, t, UPPER, c] = max(boxes[p, t, UPPER, c], boxes[q, t, UPPER, c])
+            boxes[t, k, LOWER, c] = min(boxes[t, p, LOWER, c], boxes[t, q, LOWER, c])
+            boxes[t, k, UPPER, c] = max(boxes[t, p, UPPER, c], boxes[t, q, UPPER, c])
 
 
 @kernel

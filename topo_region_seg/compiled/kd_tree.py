@@ -32,7 +32,7 @@ class Tree(NamedTuple):
     start: IndexArray  # (K,) first row of the node in `order`
     stop: IndexArray  # (K,) end of the node's rows
     right: IndexArray  # (K,) right child; 0 in leaves
-    boxes: npt.NDArray[np.float32]  # (K, T, 2, 4) lower and upper bounds, as `compiled.boxes` has them
+    boxes: npt.NDArray[np.float32]  # (T, K, 2, 4) lower and upper bounds, as `compiled.boxes` has them
 
 
 def position_tree(xyz: FloatArray) -> Tree:
@@ -49,7 +49,7 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     n, d = channels.shape
     n_leaves = (n + LEAF - 1) // LEAF
     n_nodes = max(2 * n_leaves - 1, 0)
-    boxes = np.zeros((n_nodes, d // 3, 2, 4), np.float32)
+    boxes = np.zeros((d // 3, n_nodes, 2, 4), np.float32)
     if by_position is None:
         start, stop, right = np.zeros((3, n_nodes), np.int32)
         tree = Tree(np.arange(n, dtype=np.int32), start, stop, right, boxes)

@@ -34,7 +34,7 @@ def reduce(builder: Any, name: str, *operands: Any, result: Any, flags: tuple[st
 
 @intrinsic
 def gap_of_four(typing_context, boxes, a, others, b, three):  # type: ignore[no-untyped-def]
-    """Return the squared distance of two boxes in four cells; boxes are (K, T, 2, 4) float32, lower bounds first."""
+    """Return the squared distance of two boxes in four cells; boxes are (T, K, 2, 4) float32, lower bounds first."""
     return types.float32(boxes, a, others, b, three), _gap_of_four
 
 
@@ -45,7 +45,7 @@ def _gap_of_four(context: Any, builder: Any, signature: Any, arguments: Any) -> 
     def bounds(place: int) -> tuple[Any, Any]:
         boxes = context.make_array(signature.args[place])(context, builder, value=arguments[place])
         box = context.cast(builder, arguments[place + 1], signature.args[place + 1], types.int64)
-        cell = builder.add(builder.mul(box, cgutils.unpack_tuple(builder, boxes.shape)[1]), three)
+        cell = builder.add(builder.mul(three, cgutils.unpack_tuple(builder, boxes.shape)[1]), box)
         cell = builder.mul(cell, ir.Constant(cell.type, 8))
         return load(builder, boxes.data, cell, four), load(
             builder, boxes.data, builder.add(cell, ir.Constant(cell.type, 4)), four

@@ -37,10 +37,12 @@ def fill_blocks(
 ) -> None:
     """Write `values` (N, C), less their `origin` (C,), into the channels of `blocks` from the `first` on."""
     n, channels = values.shape
-    for row in range(n):
-        leaf, place, point = index(row // LEAF), index(row % LEAF), index(order[index(row)])
-        for c in range(channels):
-            blocks[leaf, index(first + c), place] = values[point, index(c)] - origin[index(c)]
-    for row in range(n, len(blocks) * LEAF):
-        for c in range(channels):
-            blocks[index(row // LEAF), index(first + c), index(row % LEAF)] = np.inf
+    for leaf in range(len(blocks)):
+        start = leaf * LEAF
+        for i in range(min(LEAF, n - start)):
+            point = index(order[index(start + i)])
+            for c in range(channels):
+                blocks[index(leaf), index(first + c), index(i)] = values[point, index(c)] - origin[index(c)]
+        for i in range(n - start, LEAF):
+            for c in range(channels):
+                blocks[index(leaf), index(first + c), index(i)] = np.inf

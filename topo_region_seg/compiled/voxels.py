@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -35,13 +35,13 @@ def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
         slot = (a * 73856093 ^ b * 19349663 ^ c * 83492791) * -7046029254386353131
         slot = (slot ^ (slot >> 32)) & (slots - 1)
         while True:
-            v = np.int64(table[slot])
+            v = np.int64(table[index(slot)])
             if v < 0:
-                v, table[slot] = count, count
-                cells[v, 0], cells[v, 1], cells[v, 2] = a, b, c
-                first[v] = i
+                v, table[index(slot)] = count, count
+                cells[index(v), 0], cells[index(v), 1], cells[index(v), 2] = a, b, c
+                first[index(v)] = i
                 count += 1
-            if cells[v, 0] == a and cells[v, 1] == b and cells[v, 2] == c:
+            if cells[index(v), 0] == a and cells[index(v), 1] == b and cells[index(v), 2] == c:
                 voxel[i] = v
                 break
             slot = (slot + 1) & (slots - 1)
@@ -54,7 +54,7 @@ def voxel_means(values: npt.NDArray[Any], voxel: IntArray, n_voxels: int) -> tup
     mean = np.zeros((n_voxels, 3))
     count = np.zeros(n_voxels, np.int64)
     for i in range(len(voxel)):
-        v = voxel[i]
+        v = index(voxel[i])
         count[v] += 1
         for c in range(3):
             mean[v, c] += values[i, c]

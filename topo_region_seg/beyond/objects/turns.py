@@ -34,7 +34,7 @@ def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, e
             continue
         # Offsets from the leaf are short enough for float32.
         for c in range(3):
-            middle[c] = tree.boxes[index(a), 0, LOWER, index(c)]
+            middle[c] = tree.boxes[0, index(a), LOWER, index(c)]
         put_block(blocks, tree.start[index(a)] // LEAF, middle, own, 0)
         sums[:] = 0.0
         gathered = 0
