@@ -59,13 +59,14 @@ def put_block(blocks, leaf, middle, room, place):  # type: ignore[no-untyped-def
 
     What has no normal is put out of reach of all others.
     """
+    k = index(leaf)
     for j in range(LEAF):
-        known = abs(blocks[index(leaf), 3, index(j)]) <= 1.0
+        at = index(place + j)
+        known = abs(blocks[k, 3, index(j)]) <= 1.0
         for c in range(3):
-            offset = blocks[index(leaf), index(c), index(j)] - middle[index(c)]
-            room[index(c), index(place + j)] = np.float32(offset if known else np.inf)
-            normal = blocks[index(leaf), index(3 + c), index(j)]
-            room[index(3 + c), index(place + j)] = np.float32(normal if known else 0.0)
+            offset, normal = blocks[k, index(c), index(j)] - middle[index(c)], blocks[k, index(3 + c), index(j)]
+            room[index(c), at] = np.float32(offset if known else np.inf)
+            room[index(3 + c), at] = np.float32(normal if known else 0.0)
 
 
 @summing
