@@ -176,36 +176,32 @@ def _library_root() -> None:
 def _marked_bucket() -> None:
     mark = 64  # the word after those of the buckets
 
-    def put_offer(offers, point, bucket):  # type: ignore[no-untyped-def]
-        head = offers.head[np.uint64(bucket)]
-        offers.before[np.uint64(point)], offers.after[np.uint64(point)] = -1, head
+    def put_point(queue, point, bucket):  # type: ignore[no-untyped-def]
+        head = queue.head[np.uint64(bucket)]
+        queue.before[np.uint64(point)], queue.after[np.uint64(point)] = -1, head
         if head >= 0:
-            offers.before[np.uint64(head)] = point
-        offers.head[np.uint64(bucket)] = point
-        offers.filled[mark] = min(offers.filled[mark], bucket)
+            queue.before[np.uint64(head)] = point
+        queue.head[np.uint64(bucket)] = point
+        queue.filled[mark] = min(queue.filled[mark], bucket)
 
-    def drop_offer(offers, point, bucket):  # type: ignore[no-untyped-def]
-        before, after = offers.before[np.uint64(point)], offers.after[np.uint64(point)]
+    def take_point(queue, point, bucket):  # type: ignore[no-untyped-def]
+        before, after = queue.before[np.uint64(point)], queue.after[np.uint64(point)]
         if after >= 0:
-            offers.before[np.uint64(after)] = before
+            queue.before[np.uint64(after)] = before
         if before >= 0:
-            offers.after[np.uint64(before)] = after
+            queue.after[np.uint64(before)] = after
         else:
-            offers.head[np.uint64(bucket)] = after
+            queue.head[np.uint64(bucket)] = after
 
-    def least_bucket(offers):  # type: ignore[no-untyped-def]
-        n, bucket = np.int64(len(offers.head)), np.int64(offers.filled[mark])
-        while bucket < n and offers.head[np.uint64(bucket)] < 0:
+    def least_bucket(queue):  # type: ignore[no-untyped-def]
+        n, bucket = np.int64(len(queue.head)), np.int64(queue.filled[mark])
+        while bucket < n and queue.head[np.uint64(bucket)] < 0:
             bucket += 1
-        offers.filled[mark] = bucket
+        queue.filled[mark] = bucket
         return bucket if bucket < n else np.int64(-1)
 
-    _replace(
-        "beyond.supervoxels.offers",
-        put_offer=_inlined(put_offer),
-        drop_offer=_inlined(drop_offer),
-        least_bucket=_inlined(least_bucket),
-    )
+    functions = {function.__name__: _inlined(function) for function in (put_point, take_point, least_bucket)}
+    _replace("beyond.supervoxels.point_queue", **functions)
 
 
 FILTRATIONS = ("filtration", "filtration, ball", "filtration, made")

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from topo_region_seg.beyond.objects.continuation import regions_along
 from topo_region_seg.beyond.objects.convexity import find_borders
-from topo_region_seg.beyond.objects.turns import mean_turns
+from topo_region_seg.beyond.objects.curvature import mean_curvatures
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.partition import uniform_regions
@@ -145,7 +145,7 @@ def test_turns_are_those_of_all_pairs(middle: float) -> None:
     normals[rng.random(500) < 0.1] = np.nan
     normals[0] = np.nan
     tree, radius, turn = position_tree(xyz), 0.015, np.empty(500)
-    mean_turns(tree, leaf_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
+    mean_curvatures(tree, leaf_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
     known = ~np.isnan(normals[:, 0])
     for i in range(500):
         apart = xyz[i] - xyz
@@ -161,7 +161,7 @@ def test_the_turn_on_a_sphere_is_that_of_its_normals() -> None:
     tree, turn = position_tree(0.06 * directions), np.empty(20_000)
     for sign in (1.0, -1.0):  # seen from outside, and from inside
         blocks = leaf_blocks(tree, 0.06 * directions, sign * directions)
-        mean_turns(tree, blocks, 0.012, 0, len(tree.start), turn)
+        mean_curvatures(tree, blocks, 0.012, 0, len(tree.start), turn)
         np.testing.assert_allclose(turn, sign * 0.2, rtol=1e-3)
 
 

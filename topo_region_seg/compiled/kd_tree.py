@@ -21,8 +21,8 @@ from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import FloatArray, IndexArray
 
-LEAF = 8
-SAMPLE = 16  # points by which a node judges along which channel it is widest
+LEAF = 8  # so that the pairs of points of two leaves are the bits of a word, and a leaf in float32 is one vector
+SAMPLE = 16  # points that tell along which channel a node is widest; `python -m benchmarks.tricks constants`
 
 
 class Tree(NamedTuple):
@@ -44,7 +44,7 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
 
     Channels from the fourth on are features. With the tree `by_position` of the first three, which must weigh the
-    same, only nodes that are widest in a feature, and those below, are split anew.
+    same, only nodes that are widest in a feature, and those below, are split again.
     """
     n, d = channels.shape
     n_leaves = (n + LEAF - 1) // LEAF
@@ -81,17 +81,17 @@ def split_nodes(
     Returns whether the last node was.
     """
     d = len(columns)
-    anew_until = 0 if given else end_node
+    split_until = 0 if given else end_node
     for k in range(first_node, end_node):
         start, stop = tree.start[index(k)], tree.stop[index(k)]
         leaves = (stop - start + LEAF - 1) // LEAF
         if leaves <= 1:
             continue
         widest = _widest(columns, tree.order, start, stop, weights)
-        if k >= anew_until:
+        if k >= split_until:
             if widest < 3:
                 continue
-            anew_until = k + 2 * leaves - 1
+            split_until = k + 2 * leaves - 1
         middle = start + (leaves + 1) // 2 * LEAF
         column = columns[widest]
         for row in range(start, stop):
@@ -102,7 +102,7 @@ def split_nodes(
         tree.start[k + 1], tree.stop[k + 1] = start, middle
         tree.start[right], tree.stop[right] = middle, stop
     if end_node == 1 and tree.right[0]:
-        return anew_until == 0
+        return split_until == 0
     for k in range(end_node - 1, first_node - 1, -1):
         if tree.right[k]:
             join_boxes(tree.boxes, k, k + 1, tree.right[k])

@@ -70,8 +70,7 @@ def next_pair(tree, uniform, reach2, stack, top):  # type: ignore[no-untyped-def
         elif right_p or right_q:
             # The larger one is opened.
             if not right_q or (
-                right_p
-                and tree.stop[index(p)] - tree.start[index(p)] >= tree.stop[index(q)] - tree.start[index(q)]
+                right_p and tree.stop[index(p)] - tree.start[index(p)] >= tree.stop[index(q)] - tree.start[index(q)]
             ):
                 stack[index(top), 0], stack[index(top), 1] = p + 1, q
                 stack[index(top + 1), 0], stack[index(top + 1), 1] = right_p, q

@@ -40,7 +40,7 @@ class Leaves(NamedTuple):
     points: FloatArray  # (N, 9) by id
     order: IndexArray  # (N,) point ids in tree order
     blocks: npt.NDArray[np.float32]  # (L, 9, LEAF) as `leaf_blocks` has them, positions from the middle of the cloud
-    blur: FloatArray  # (L, 3) how far off a difference of position, color and normal may be in the blocks
+    errors: FloatArray  # (L, 3) rounding errors of positions, colors and normals in the blocks
 
 
 class Edges(NamedTuple):
@@ -106,19 +106,19 @@ def meet_leaves(  # type: ignore[no-untyped-def]
     """
     first = n_edges
     later = FAR
-    blur = blur_of_pair(leaves.blur, start_a // LEAF, start_b // LEAF)
+    error = pair_errors(leaves.errors, start_a // LEAF, start_b // LEAF)
     hits, beyond = sift_leaves(
         leaves.blocks,
         roots,
         start_a,
         start_b,
         (
-            widened(limits.reach, blur[0]),
-            narrowed(limits.color_low, blur[1]),
-            widened(limits.color_high, blur[1]),
-            narrowed(limits.chord_low, blur[2]),
-            widened(limits.chord_high, blur[2]),
-            widened(np.int64(end).view(np.float64), blur[0]),
+            widened(limits.reach, error[0]),
+            narrowed(limits.color_low, error[1]),
+            widened(limits.color_high, error[1]),
+            narrowed(limits.chord_low, error[2]),
+            widened(limits.chord_high, error[2]),
+            widened(np.int64(end).view(np.float64), error[0]),
         ),
     )
     if start_a == start_b:
@@ -143,26 +143,26 @@ def meet_leaves(  # type: ignore[no-untyped-def]
         return n_edges, FAR
     if beyond < FAR_SINGLE:
         square = np.float64(np.int32(beyond).view(np.float32))
-        later = min(later, max(end, bits_of(narrowed(square, blur[0]))))
+        later = min(later, max(end, bits_of(narrowed(square, error[0]))))
     return n_edges, later
 
 
 @inlined
-def blur_of_pair(blur, a, b):  # type: ignore[no-untyped-def]
+def pair_errors(errors, a, b):  # type: ignore[no-untyped-def]
     """Return by how much a difference of position, color and normal of points of two leaves may be off."""
     p, q = index(a), index(b)
-    return blur[p, 0] + blur[q, 0], blur[p, 1] + blur[q, 1], blur[p, 2] + blur[q, 2]
+    return errors[p, 0] + errors[q, 0], errors[p, 1] + errors[q, 1], errors[p, 2] + errors[q, 2]
 
 
 @inlined
-def widened(square, blur):  # type: ignore[no-untyped-def]
-    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at most."""
-    length = math.sqrt(square) + 2.0 * blur
+def widened(square, error):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `error`: at most."""
+    length = math.sqrt(square) + 2.0 * error
     return np.float32(length * length * WIDER + TINY)
 
 
 @inlined
-def narrowed(square, blur):  # type: ignore[no-untyped-def]
-    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at least."""
-    length = max(0.0, math.sqrt(max(0.0, square - TINY)) - 2.0 * blur)
+def narrowed(square, error):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `error`: at least."""
+    length = max(0.0, math.sqrt(max(0.0, square - TINY)) - 2.0 * error)
     return np.float32(length * length / WIDER)

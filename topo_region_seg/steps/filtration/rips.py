@@ -72,8 +72,8 @@ def drain_bucket(
 ) -> int:
     """Open the pairs of a bucket until it is empty, or until edges or queue need room; return the number of edges.
 
-    In the `first` bucket points may coincide. They are united at once, so that heaps of them stay cheap; nodes
-    are then looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs
+    In the `first` bucket points may coincide. They are united at once, so that many duplicates stay cheap; nodes are then
+    looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs
     to later buckets.
     """
     tree, leaves, forest = borrowed(tree), borrowed(leaves), borrowed(forest)
@@ -245,7 +245,7 @@ def wait(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignor
 @kernel
 def nearest_in_leaves(leaves: Leaves, n_leaves: int) -> FloatArray:
     """Return, sorted, the squared distances to the nearest point of the same leaf, for the points of some leaves."""
-    points, order, total = leaves.points, leaves.order, len(leaves.blur)
+    points, order, total = leaves.points, leaves.order, len(leaves.errors)
     nearest = np.full(n_leaves * LEAF, np.inf)
     for sample in range(n_leaves):
         start = sample * total // n_leaves * LEAF

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How much normals turn about each point: to the outside over an edge, to the inside in a groove."""
+"""The mean curvature of the surface at each point: above zero over an edge, below zero in a groove."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
 
 
 @kernel
-def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, end_node: int, turn: FloatArray) -> None:
-    """Fill `turn` (N,), by point id, for the leaves of some nodes.
+def mean_curvatures(
+    tree: Tree, blocks: FloatArray, radius: float, first_node: int, end_node: int, curvature: FloatArray
+) -> None:
+    """Fill `curvature` (N,), by point id, for the leaves of some nodes.
 
-    It is the angle, in radians, by which normals turn over `radius` (m) on the mean of all directions, by least
-    squares from the points within it: ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum(|x_i - x_j|^2)``. Below 0
-    they turn to the inside; it is NaN for a point that has no normal or is alone.
+    It is the angle, radians, by which normals turn over `radius` (m) on the mean of all directions, by least squares
+    from the points within it: ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum(|x_i - x_j|^2)``. Below 0 they turn to the
+    inside. A point that has no normal or is alone gets NaN.
     """
     reach = np.float32(radius * radius)
     candidates = np.empty((6, CHUNK), np.float32)
@@ -35,7 +37,7 @@ def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, e
         # Offsets from the leaf are short enough for float32.
         for c in range(3):
             middle[c] = tree.boxes[0, index(a), LOWER, index(c)]
-        put_block(blocks, tree.start[index(a)] // LEAF, middle, own, 0)
+        copy_leaf(blocks, tree.start[index(a)] // LEAF, middle, own, 0)
         sums[:] = 0.0
         gathered = 0
         stack[0], top = 0, 1
@@ -43,18 +45,18 @@ def mean_turns(tree: Tree, blocks: FloatArray, radius: float, first_node: int, e
             b, top = next_leaf(tree, tree.boxes, a, reach, False, stack, top)
             if b < 0:
                 break
-            put_block(blocks, tree.start[index(b)] // LEAF, middle, candidates, gathered)
+            copy_leaf(blocks, tree.start[index(b)] // LEAF, middle, candidates, gathered)
             gathered += LEAF
             if gathered == CHUNK:
-                add_turns(own, candidates, gathered, reach, sums)
+                add_curvatures(own, candidates, gathered, reach, sums)
                 gathered = 0
-        add_turns(own, candidates, gathered, reach, sums)
+        add_curvatures(own, candidates, gathered, reach, sums)
         for i in range(tree.stop[index(a)] - tree.start[index(a)]):
-            turn[index(tree.order[index(tree.start[index(a)] + i)])] = radius * sums[i, 0] / sums[i, 1]
+            curvature[index(tree.order[index(tree.start[index(a)] + i)])] = radius * sums[i, 0] / sums[i, 1]
 
 
 @inlined
-def put_block(blocks, leaf, middle, room, place):  # type: ignore[no-untyped-def]
+def copy_leaf(blocks, leaf, middle, room, place):  # type: ignore[no-untyped-def]
     """Write a leaf into `room` (6, M) from `place` on, as offsets from `middle` (3,).
 
     What has no normal is put out of reach of all others.
@@ -70,8 +72,8 @@ def put_block(blocks, leaf, middle, room, place):  # type: ignore[no-untyped-def
 
 
 @summing
-def add_turns(own, candidates, n, reach, sums):  # type: ignore[no-untyped-def]
-    """Add to `sums` (LEAF, 2) of a leaf's points what the candidates within reach turn, and their squared distances.
+def add_curvatures(own, candidates, n, reach, sums):  # type: ignore[no-untyped-def]
+    """Add to `sums` (LEAF, 2) of a leaf's points how far the candidates within reach turn, and their squared distances.
 
     `own` (6, LEAF) are the leaf's points and `candidates` (6, CHUNK) the others: offsets, and normals.
     """
