@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounding boxes of tree nodes, in single precision, and the gaps between them.
 
-Channels come in threes: position, color, normal. Of each three a box keeps three lower and three upper bounds, both filled
-up to four cells with a zero, as vectors have it. Boxes of K nodes are (T, K, 2, 4) float32.
+Channels come in threes: position, color, normal. Of each three a box keeps the lower bounds, then the upper ones, and a
+zero after both, as vectors have four cells. Boxes of K nodes are (T, K, 2, 4) float32.
 """
 
 from __future__ import annotations
@@ -49,5 +49,5 @@ def box_of_point(xyz, point):  # type: ignore[no-untyped-def]
 
 @inlined
 def box_gap(boxes, a, others, b, three):  # type: ignore[no-untyped-def]
-    """Return a lower bound of the squared distance of box `a` of some from box `b` of others, in one three of channels."""
+    """Return a lower bound of the squared distance of box `a` from box `b` of `others`, in one three of channels."""
     return np.float64(gap_of_four(boxes, a, others, b, three)) * SLACK

@@ -22,8 +22,8 @@ def mean_curvatures(
     """Fill `curvature` (N,), by point id, for the leaves of some nodes.
 
     It is the angle, radians, by which normals turn over `radius` (m) on the mean of all directions, by least squares
-    from the points within it: ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum(|x_i - x_j|^2)``. Below 0 they turn to the
-    inside. A point that has no normal or is alone gets NaN.
+    from the points within it: ``radius * sum((n_i - n_j) · (x_i - x_j)) / sum(|x_i - x_j|^2)``. Below 0 they turn to
+    the inside. A point that has no normal or is alone gets NaN.
     """
     reach = np.float32(radius * radius)
     candidates = np.empty((6, CHUNK), np.float32)

@@ -41,8 +41,8 @@ def grow_patches(
 ) -> None:
     """Give free points to the patches that are most like them when they reach them, in place.
 
-    The cost of a point is its squared difference in traits from the mean of a patch when that reaches it. The least cost
-    comes first, to within a sixteenth.
+    The cost of a point is its squared difference in traits from the mean of a patch when that reaches it. The least
+    cost comes first, to within a sixteenth.
 
     Parameters
     ----------

@@ -19,8 +19,8 @@ import numpy.typing as npt
 
 from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
-from topo_region_seg.compiled.leaf_blocks import fill_blocks, leaves_of
 from topo_region_seg.compiled.lanes import trailing_zeros
+from topo_region_seg.compiled.leaf_blocks import fill_blocks, leaves_of
 from topo_region_seg.compiled.predicate import CHANNELS, edge_length
 from topo_region_seg.data import FloatArray, IndexArray
 from topo_region_seg.steps.filtration.leaf_sieve import FAR_SINGLE, sift_leaves

@@ -101,8 +101,8 @@ def _grow(
     _open_root(workers, tree, bucket, first=True, sweep=False)
     if any(worker.crowded for worker in workers):
         # Points fill a volume. Leaves that are narrow in color and normal lie across each other in it, so position
-        # must weigh more. Far fewer pairs wait if the points of the smallest scales are joined first, each time from the
-        # root and without keeping a pair.
+        # must weigh more. Far fewer pairs wait if the points of the smallest scales are joined first, each time from
+        # the root and without keeping a pair.
         workers.clear()  # frees the pairs that wait
         weights[:3] *= VOLUME_POSITION_WEIGHT
         tree, forest, workers, first = _begin(channels, weights, limits, by_position)

@@ -72,9 +72,9 @@ def drain_bucket(
 ) -> int:
     """Open the pairs of a bucket until it is empty, or until edges or queue need room; return the number of edges.
 
-    In the `first` bucket points may coincide. They are united at once, so that many duplicates stay cheap; nodes are then
-    looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs
-    to later buckets.
+    In the `first` bucket points may coincide. They are united at once, so that many duplicates stay cheap; nodes are
+    then looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs to later
+    buckets.
     """
     tree, leaves, forest = borrowed(tree), borrowed(leaves), borrowed(forest)
     queue, edges = borrowed(queue), borrowed(edges)
