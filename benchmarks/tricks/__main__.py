@@ -8,6 +8,7 @@ import argparse
 import sys
 
 from benchmarks import machine, recordings
+from benchmarks.tricks import constants
 from benchmarks.tricks.forms import FORMS
 from benchmarks.tricks.race import best_times
 
@@ -17,9 +18,16 @@ WORTH = 1.1
 
 def main(arguments: list[str] | None = None) -> int:
     """Measure some forms, or all."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.what[:1] == ["constants"]:
+        constants.show(options.what[1:])
+        return 0
     print(f"first {recordings.source()} frame; load {machine.load()}; best processor times, ms", flush=True)
-    for name in options.forms or FORMS:
+    unknown = [name for name in options.what if name not in FORMS]
+    if unknown:
+        parser.error(f"no trick is called {unknown[0]}; there are {', '.join(FORMS)}")
+    for name in options.what or FORMS:
         form = FORMS[name]
         with_it, without = best_times([("", {}), (name, {})], form.stages)
         print(f"{form.words} (left out: {name})", flush=True)
@@ -33,7 +41,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("python -m benchmarks.tricks", description="What each trick of the kernels gains.")
-    parser.add_argument("forms", nargs="*", choices=[*FORMS, []], metavar="form", help=f"one of: {', '.join(FORMS)}")
+    parser.add_argument(
+        "what",
+        nargs="*",
+        help=f"tricks to leave out, all by default: {', '.join(FORMS)}; or 'constants', and words of their names",
+    )
     return parser
 
 

@@ -16,6 +16,13 @@ import numba
 import numpy as np
 
 PACKAGE = "topo_region_seg"
+READ_BY_KERNELS = {
+    "steps.filtration.pair_queue.BUCKET_SHIFT",
+    "compiled.kd_tree.SAMPLE",
+    "steps.normals.neighborhoods.CHUNK",
+    "beyond.objects.curvature.CHUNK",
+}
+"""Constants that are compiled in: kernels from the disk have other ones."""
 
 
 class Form(NamedTuple):
@@ -28,11 +35,12 @@ class Form(NamedTuple):
 
 def take_on(form: str, constants: Mapping[str, float]) -> None:
     """Give this process a form of the kernels, and constants by `module.NAME`, before any is compiled."""
-    if form or constants:
+    if form or READ_BY_KERNELS.intersection(constants):
         _replace("compiled.cache", kept_on_disk=_nothing_kept)
     if form:
         FORMS[form].take_on()
     for place, value in constants.items():
+        # Modules that import the constant are loaded later.
         module, _, name = place.rpartition(".")
         _replace(module, **{name: type(getattr(_module(module), name))(value)})
 

@@ -20,15 +20,15 @@ from benchmarks.child import MARK, ROOT
 
 ROUNDS = 15
 LEAST_SECONDS = 0.15
-"""Processor time of a round of a stage: shorter ones are repeated within it."""
+"""Time of a round of a stage: shorter ones are repeated within it."""
 
 
 class Racer:
     """A form of the kernels, waiting in a process for its turns."""
 
-    def __init__(self, form: str, constants: Mapping[str, float], stages: Sequence[str]) -> None:
+    def __init__(self, form: str, constants: Mapping[str, float], stages: Sequence[str], by_clock: bool) -> None:
         self.form, self.stages = form, stages
-        task = json.dumps({"form": form, "constants": constants, "stages": list(stages)})
+        task = json.dumps({"form": form, "constants": constants, "stages": list(stages), "by_clock": by_clock})
         self._process = subprocess.Popen(
             [sys.executable, "-m", "benchmarks.tricks.racer", task],
             cwd=ROOT,
@@ -42,7 +42,7 @@ class Racer:
         self._answer()
 
     def run(self, stage: str) -> float:
-        """Return the processor time of a stage, ms."""
+        """Return the time of a stage, ms."""
         assert self._process.stdin is not None
         self._process.stdin.write(f"{stage}\n")
         self._process.stdin.flush()
@@ -64,9 +64,11 @@ class Racer:
 
 
 @contextlib.contextmanager
-def racers(tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[str]) -> Iterator[list[Racer]]:
+def racers(
+    tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[str], by_clock: bool = False
+) -> Iterator[list[Racer]]:
     """Start a process for each form and its constants; end them all at the end."""
-    started = [Racer(form, constants, stages) for form, constants in tasks]
+    started = [Racer(form, constants, stages, by_clock) for form, constants in tasks]
     try:
         for racer in started:
             racer.ready()
@@ -76,9 +78,11 @@ def racers(tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[st
             racer.close()
 
 
-def best_times(tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[str]) -> list[dict[str, float]]:
-    """Return for each form the least processor time of each stage, ms."""
-    with racers(tasks, stages) as started:
+def best_times(
+    tasks: Sequence[tuple[str, Mapping[str, float]]], stages: Sequence[str], *, by_clock: bool = False
+) -> list[dict[str, float]]:
+    """Return for each form the least time of each stage, ms: of all processors together, or by the clock."""
+    with racers(tasks, stages, by_clock) as started:
         return [{stage: min(times) for stage, times in found.items()} for found in _turns(started, stages, ROUNDS)]
 
 
@@ -91,11 +95,12 @@ def _turns(started: Sequence[Racer], stages: Sequence[str], rounds: int) -> list
     return found
 
 
-def processor_ms(work: Callable[[], Any], repeats: int) -> float:
-    """Return the least processor time of several calls, all threads together, ms."""
+def least_ms(work: Callable[[], Any], repeats: int, *, by_clock: bool) -> float:
+    """Return the least time of several calls, ms: of all processors together, or by the clock."""
+    now = time.perf_counter if by_clock else time.process_time
     times = []
     for _ in range(repeats):
-        begun = time.process_time()
+        begun = now()
         work()
-        times.append(time.process_time() - begun)
+        times.append(now() - begun)
     return 1e3 * min(times)
