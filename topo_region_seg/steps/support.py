@@ -44,6 +44,8 @@ def find_floor(xyz: FloatArray, distance: float, min_extent: float, seed: int) -
         return None
     xyz = np.asfortranarray(xyz)  # column by column, so that the passes over it become vector code
     sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, seed)])
+    if len(sample) < 3:
+        return None  # many points at two places
     triples = np.random.default_rng(seed).integers(0, len(sample), (HYPOTHESES, 3))
     normal, offset, inliers = best_hypothesis(sample, triples, distance)
     if inliers < 3:
