@@ -54,6 +54,7 @@ setup(
         "pypcd4>=1.1",
         "matplotlib>=3.8",
         "pillow>=10.1",
+        "jinja2>=3.1",
         "rich>=13",
     ],
     extras_require={

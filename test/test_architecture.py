@@ -76,10 +76,12 @@ EXTERNAL_ROOMS = {
     "pypcd4": {"cloud"},
     "imgviz": {"offline.demo", "offline.simulation"},
     "PIL": {"offline.report"},
+    "jinja2": {"offline.report"},
+    "markupsafe": {"offline.report"},
     "distributed": {"offline.evaluation"},
     "dask": {"offline.evaluation"},
 }
-NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "yaml", "imgviz"}
+NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "yaml", "imgviz", "jinja2"}
 
 
 def module_name(path: Path) -> str:
