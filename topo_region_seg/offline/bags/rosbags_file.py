@@ -14,9 +14,9 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
-from topo_region_seg.offline.bags.ros1_scan import Ros1Scan
-from topo_region_seg.offline.bags.sqlite_pages import is_cut
-from topo_region_seg.offline.bags.sqlite_scan import SqliteScan
+from topo_region_seg.offline.bags.recovery.ros1_scan import Ros1Scan
+from topo_region_seg.offline.bags.recovery.sqlite_pages import is_cut
+from topo_region_seg.offline.bags.recovery.sqlite_scan import SqliteScan
 
 
 class RosbagsFile(BagReader):

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import lz4.frame
 
-from topo_region_seg.offline.bags.chunks import MAX_CHUNK_BYTES
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics, ros2_name
+from topo_region_seg.offline.bags.recovery.mcap_chunks import MAX_CHUNK_BYTES
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, CHUNK, CONNECTION = 2, 5, 7
