@@ -116,10 +116,10 @@ def scales_of(params: Params) -> FloatArray:
 def _alike(points: Points, pairs: npt.NDArray[np.integer], params: Params) -> npt.NDArray[np.integer]:
     i, j = pairs.T
     keep = np.ones(len(pairs), bool)
-    if params.uses_color:
+    if params.features != "normals":
         color = points.lab[i] - points.lab[j]
         keep &= np.einsum("ij,ij->i", color, color) <= params.color_threshold**2
-    if params.uses_normals:
+    if params.features != "color":
         cosine = np.einsum("ij,ij->i", points.normals[i], points.normals[j])
         keep &= cosine >= np.cos(np.radians(params.angle_threshold))
     return pairs[keep]

@@ -61,10 +61,10 @@ def homogeneous_edges(points: Points, params: Params) -> tuple[npt.NDArray[np.in
     """All edges (M, 2) of the graph at `max_radius`, and their lengths (M,), by a list of all pairs."""
     i, j = cKDTree(points.xyz).query_pairs(params.max_radius, output_type="ndarray").T
     keep = np.ones(len(i), bool)
-    if params.uses_color:
+    if params.features != "normals":
         difference = np.linalg.norm(points.lab[i] - points.lab[j], axis=1)
         keep &= (difference >= params.min_color_threshold) & (difference <= params.color_threshold)
-    if params.uses_normals:
+    if params.features != "color":
         cosine = np.clip((points.normals[i] * points.normals[j]).sum(axis=1), -1.0, 1.0)
         angle = np.degrees(np.arccos(cosine))
         keep &= (angle >= params.min_angle_threshold) & (angle <= params.angle_threshold)

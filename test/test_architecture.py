@@ -19,7 +19,9 @@ PACKAGE = "topo_region_seg"
 # The floors of the package, the lowest first: a room may import from floors below its own and from itself. A room is a
 # folder or file named here; the longest name that fits counts.
 FLOORS: tuple[set[str], ...] = (
-    {"params", "clock"},
+    {"parameter_table", "clock"},
+    {"params"},
+    {"growth"},
     {"data"},
     {"compiled"},
     {
@@ -37,7 +39,7 @@ FLOORS: tuple[set[str], ...] = (
     },
     {"beyond.objects", "beyond.supervoxels", "beyond.auto_scale", "beyond.adjacency"},
     {"segmentation"},
-    {"beyond.tracking"},
+    {"beyond.tracking", "cloud.messages"},
     {"pipeline"},
     {"api"},
     {""},  # the package's own __init__

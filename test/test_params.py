@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.parameter_table import ParameterError, Row
+from topo_region_seg.params import Params
 
 
 def test_every_field_is_a_row_with_a_meaning_and_bounds() -> None:
@@ -81,3 +82,61 @@ def test_anything_is_taken_or_refused(name: str, value: object) -> None:
         assert name in str(error)
     else:
         assert Params.from_mapping(params.as_dict()) == params
+
+
+@pytest.mark.parametrize("name", ["mode", "level"])
+def test_names_of_former_versions_lead_to_the_new_one(name: str) -> None:
+    with pytest.raises(ParameterError, match=rf"unknown parameter '{name}'; write 'output' \(regions, objects or"):
+        Params.from_mapping({name: "objects"})
+
+
+@pytest.mark.parametrize(
+    ("changes", "cause"),
+    [
+        ({"output": "objects", "max_radius": "auto"}, "output = objects"),
+        ({"output": "objects", "color_threshold": 3.0}, "output = objects"),
+        ({"output": "supervoxels", "object_radius": 0.02}, "output = supervoxels"),
+        ({"seed_spacing": 0.05}, "output = regions"),
+        ({"features": "normals", "color_threshold": 3.0}, "features = normals"),
+        ({"features": "color", "normal_min_neighbors": 9}, "features = color"),
+        ({"remove_floor": False, "floor_seed": 3}, "remove_floor = false"),
+        ({"output": "objects", "remove_floor": False, "object_floor_distance": 0.01}, "remove_floor = false"),
+    ],
+)
+def test_values_without_effect_are_named_with_their_cause(changes: dict[str, object], cause: str) -> None:
+    name = list(changes)[-1]
+    assert Params.from_mapping(changes).without_effect() == {name: cause}
+
+
+def test_values_with_an_effect_are_not_named() -> None:
+    for changes in ({"max_radius": 0.03}, {"output": "supervoxels", "seed_spacing": 0.05, "max_radius": "auto"}):
+        assert Params.from_mapping(changes).without_effect() == {}
+    objects = Params(output="objects", object_radius=0.02, normal_min_neighbors=9, min_region_size=100)
+    assert objects.without_effect() == {}
+
+
+def _another(row: Row) -> object:
+    low, high, default = row.spec.low, row.spec.high, row.default
+    if row.spec.choices:
+        return next(choice for choice in row.spec.choices if choice != default)
+    assert low is not None and high is not None
+    return (
+        low
+        if default != low and row.name not in ("color_threshold", "angle_threshold")
+        else type(default)(min(high, 1.0))
+    )
+
+
+def test_every_parameter_with_a_condition_is_ineffective_somewhere_and_effective_elsewhere() -> None:
+    settings = [
+        Params(output=output, features=features, remove_floor=floor)
+        for output in ("regions", "objects", "supervoxels")
+        for features in ("color+normals", "color", "normals")
+        for floor in (True, False)
+    ]
+    for row in Params.table():
+        if not row.spec.when or row.name in ("features", "output"):
+            continue
+        other = 0.01 if row.name == "radius" else _another(row)
+        effect = {row.name in dataclasses.replace(p, **{row.name: other}).without_effect() for p in settings}
+        assert effect == {True, False}, row.name

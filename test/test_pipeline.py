@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import topo_region_seg as trs
+from topo_region_seg.data import SegmentationWarning
 from topo_region_seg.offline.simulation import Camera, SimulatedFrame, simulate, tabletop
 
 
@@ -117,3 +118,15 @@ def test_importing_is_light() -> None:
     code = f"import sys, topo_region_seg; print(sorted({heavy} & set(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_values_without_effect_are_named_once(frame: SimulatedFrame) -> None:
+    told: list[tuple[str, str]] = []
+    pipeline = trs.Pipeline(trs.Params(output="objects", max_radius=0.03, seed_spacing=0.1))
+    first = pipeline.run(frame.cloud, lambda *notice: told.append(notice))
+    pipeline.run(frame.cloud, lambda *notice: told.append(notice))
+    text = "parameters without effect with output = objects: max_radius = 0.03, seed_spacing = 0.1"
+    assert told == [("no_effect", text)]
+    assert [notice.text for notice in first.notices] == [text]
+    with pytest.warns(SegmentationWarning, match="parameters without effect"):
+        trs.segment(frame.cloud.xyz, frame.cloud.rgb, trs.Params(seed_spacing=0.1))

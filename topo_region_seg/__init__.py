@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from topo_region_seg.api import persistent_components, segment
-    from topo_region_seg.data import Adjacency, Barcode, Cloud, Components, Features, Region, RegionTable, Segmentation
-    from topo_region_seg.params import ParameterError, Params
+    from topo_region_seg.data import Adjacency, Barcode, Cloud, Components, Features, Region, RegionTable
+    from topo_region_seg.parameter_table import ParameterError
+    from topo_region_seg.params import Params
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
+    from topo_region_seg.segmentation import Segmentation
 
 __version__ = "0.1.0"
 
@@ -31,8 +33,8 @@ _HOME = {
     "Features": "data",
     "Region": "data",
     "RegionTable": "data",
-    "Segmentation": "data",
-    "ParameterError": "params",
+    "Segmentation": "segmentation",
+    "ParameterError": "parameter_table",
     "Params": "params",
     "MissingColorError": "pipeline",
     "Pipeline": "pipeline",

@@ -7,9 +7,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.data import Cloud, Components, Segmentation
+from topo_region_seg.data import Cloud, Components
+from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.segmentation import Segmentation
 from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 
@@ -83,5 +85,7 @@ def persistent_components(
     ValueError
         If a needed array is missing, has the wrong shape, or holds values that are not finite.
     """
-    channels = homogeneity_channels(xyz, lab, normals, params)
-    return filtration(channels, criterion(params), params.reach, needs_normals=not params.uses_color)
+    growth = growth_of_regions(params)
+    channels = homogeneity_channels(xyz, lab, normals, growth)
+    limits = criterion(growth, growth.max_radius)
+    return filtration(channels, limits, growth.max_radius, needs_normals=not growth.uses_color)

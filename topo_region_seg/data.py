@@ -4,14 +4,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-
-if TYPE_CHECKING:
-    from topo_region_seg.params import Params
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -46,6 +42,26 @@ class Cloud:
     def organized(self) -> bool:
         """Whether the points form an image grid."""
         return self.height > 1
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Something that a user should know about a result.
+
+    Parameters
+    ----------
+    code : str
+        Stable snake_case code, for counters and logs.
+    text : str
+        One line: what, and what to do about it.
+    """
+
+    code: str
+    text: str
+
+
+class SegmentationWarning(UserWarning):
+    """A notice about a result, where nobody else takes it."""
 
 
 @dataclass(frozen=True)
@@ -264,114 +280,3 @@ class Adjacency:
 
     def __len__(self) -> int:
         return len(self.pairs)
-
-
-class Scales(Protocol):
-    """A filtration of which every scale can be had."""
-
-    def at(self, radius: float) -> Segmentation:
-        """Return the segmentation at a scale, metres."""
-        ...
-
-    def radius_of(self, regions: int) -> float:
-        """Return a scale with at least so many regions, metres."""
-        ...
-
-    def adjacency(self, labels: LabelArray, radius: float) -> Adjacency:
-        """Return which regions touch, given the labels of the preprocessed points."""
-        ...
-
-    def divided(self, seg: Segmentation, region: IntArray) -> Segmentation:
-        """Return one of these segmentations with other regions of its preprocessed points."""
-        ...
-
-
-@dataclass(frozen=True)
-class Segmentation:
-    """The result for one cloud.
-
-    Parameters
-    ----------
-    labels : (N,) uint32
-        Label of every input point; 0 = no region, regions count from 1, largest first,
-        unless labels are kept over frames.
-    regions : RegionTable
-        Properties of the regions.
-    barcode : Barcode
-        The H0 barcode of the preprocessed points.
-    components : Components
-        Exact components and deaths of the preprocessed points, before small regions were dealt with.
-    index : (M,) int64
-        Row of the preprocessed points in the input (of the first point of a voxel where the cloud was thinned).
-    features : Features
-        Features of the preprocessed points.
-    plane : Plane or None
-        The removed support plane.
-    params : Params
-        The parameters used.
-    scales : Scales
-        The filtration, from which `cut` makes the regions of other scales.
-    ms : dict of str to float
-        Milliseconds per stage, in order of execution.
-    """
-
-    labels: LabelArray
-    regions: RegionTable
-    barcode: Barcode
-    components: Components
-    index: IntArray
-    features: Features
-    plane: Plane | None
-    params: Params
-    scales: Scales = field(repr=False)
-    ms: dict[str, float] = field(default_factory=dict)
-
-    def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
-        """Return the segmentation at another scale of the same filtration.
-
-        Labels and regions are those of a new run with `max_radius` set to the scale; components and barcode remain
-        those of the whole filtration, so that any result may be cut again.
-
-        Parameters
-        ----------
-        radius : float, optional
-            The scale, metres, above 0 up to `max_radius`.
-        regions : int, optional
-            Instead of `radius`: the largest scale up to `max_radius` with at least so many regions, counted when small
-            ones have been settled. Where these are merged, the count may rise as well as fall as the scale grows. Then
-            the scale is searched down from `max_radius` in growing steps and by halving: it has at least so many
-            regions and the next larger one has fewer, but a still larger one may have as many too. Where none is
-            found, the scale with the most regions of those looked at.
-
-        Returns
-        -------
-        Segmentation
-            Its ``params.radius`` is the scale.
-
-        Raises
-        ------
-        ValueError
-            If not one of the two is given, or `radius` is out of range.
-        """
-        if (radius is None) == (regions is None):
-            raise ValueError("give either radius or regions")
-        return self.scales.at(radius if radius is not None else self.scales.radius_of(int(regions or 0)))
-
-    def adjacency(self, radius: float | None = None) -> Adjacency:
-        """Return which regions touch, and how many pairs of points at their border are near.
-
-        Parameters
-        ----------
-        radius : float, optional
-            Largest distance of two such points, metres; `normal_radius`, within which points count as one surface,
-            unless given.
-
-        Raises
-        ------
-        ValueError
-            If `radius` is not above 0.
-        """
-        radius = self.params.normal_radius if radius is None else radius
-        if not radius > 0.0:
-            raise ValueError(f"radius is {radius}, must be above 0 m")
-        return self.scales.adjacency(self.barcode.label, radius)

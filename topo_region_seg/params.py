@@ -2,112 +2,38 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one table of parameters.
 
-The fields of :class:`Params` and what :func:`parameter` attaches to them (unit, range, meaning) are the
-single source of the Python API, the YAML files in ``config/``, the ROS parameter descriptors, the flags
-of the command line and the table in the README.
+The fields of :class:`Params` and what `parameter` attaches to them (unit, range, meaning) are the single source of the
+Python API, the YAML files in ``config/``, the ROS parameter descriptors, the flags of the command line and the table in
+the documentation.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
-P = TypeVar("P", bound="ParameterTable")
-
-AUTO = 0.0
-"""What `max_radius` is kept as where it is chosen for each cloud."""
-
-REFERENCE_SPACING = 1.0 / 525.0
-"""Spacing of points, metres, up to which lengths mean what they say where `max_radius` is auto: a Kinect's at 1 m."""
-
-FEWEST_SPACINGS = 4.0
-"""Spacings in the smallest scale that is chosen or suggested: less, and lost points part a surface."""
-
-AUTO_REACH = 8.0 * FEWEST_SPACINGS * REFERENCE_SPACING
-"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing: three octaves above the
-least one that is chosen."""
+from topo_region_seg.parameter_table import Condition, ParameterError, ParameterTable, parameter
 
 THINNABLE = 4
-"""How many times `max_points` a cloud may have that is thinned: to thin it takes about as much memory as to segment
+"""How many times `max_points` a cloud may have that is thinned: thinning it takes about as much memory as segmenting
 `max_points`."""
 
-
-class ParameterError(ValueError):
-    """A parameter has an unknown name, a wrong type or a value out of range; the message says which and why."""
-
-
-@dataclass(frozen=True)
-class Spec:
-    """What is known of one parameter besides its name, type and default."""
-
-    doc: str
-    unit: str = ""
-    low: float | None = None
-    high: float | None = None
-    choices: tuple[str, ...] = ()
-    words: tuple[tuple[str, float], ...] = ()
-    """Words that may stand for a number, and the numbers that they are kept as."""
-    lengths: tuple[int, ...] = ()
-    live: bool = True
-
-
-@dataclass(frozen=True)
-class Row:
-    """One row of the table: a parameter's name, Python type, default and specification."""
-
-    name: str
-    type: type
-    default: Any
-    spec: Spec
-
-
-def parameter(default: Any, doc: str, **spec: Any) -> Any:
-    """Declare one parameter: a dataclass field that carries its :class:`Spec`."""
-    return field(default=default, metadata={"spec": Spec(doc=doc, **spec)})
-
-
-@dataclass(frozen=True)
-class ParameterTable:
-    """Frozen dataclass whose every field is a parameter, checked when an instance is made."""
-
-    def __post_init__(self) -> None:
-        for row in self.table():
-            object.__setattr__(self, row.name, checked(row, getattr(self, row.name)))
-
-    @classmethod
-    def table(cls) -> tuple[Row, ...]:
-        """Return the rows of the table in the order of declaration."""
-        return tuple(
-            Row(f.name, type(f.default), f.default, f.metadata["spec"]) for f in fields(cls) if "spec" in f.metadata
-        )
-
-    @classmethod
-    def from_mapping(cls: type[P], values: Mapping[str, Any]) -> P:
-        """Build from names and values; an unknown name raises :class:`ParameterError`."""
-        known = {row.name for row in cls.table()}
-        for name in values:
-            if name not in known:
-                raise ParameterError(f"unknown parameter '{name}'; known: {', '.join(sorted(known))}")
-        return cls(**dict(values))
-
-    def replace(self: P, **changes: Any) -> P:
-        """Return a copy with some values changed; all are checked together."""
-        return type(self).from_mapping({**self.as_dict(), **changes})
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return names and values; tuples become lists, so that JSON and YAML can carry them."""
-        values = dataclasses.asdict(self)
-        for row in self.table():
-            values[row.name] = next((word for word, n in row.spec.words if n == values[row.name]), values[row.name])
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+GROWN: Condition = {"output": ("regions", "supervoxels")}
+COLORS: Condition = {**GROWN, "features": ("color+normals", "color")}
+NORMALS: Condition = {**GROWN, "features": ("color+normals", "normals")}
+OBJECTS: Condition = {"output": ("objects",)}
+FLOOR: Condition = {"remove_floor": (True,)}
 
 
 @dataclass(frozen=True)
 class Params(ParameterTable):
-    """Parameters of the segmentation. Lengths are metres, angles degrees, colour differences CIE76 dE."""
+    """Parameters of the segmentation. Lengths are metres, angles degrees, color differences CIE76 dE."""
+
+    RENAMED: ClassVar[Mapping[str, str]] = {
+        "mode": "'output' (regions, objects or supervoxels)",
+        "level": "'output' (regions, objects or supervoxels)",
+    }
 
     # Preprocessing (paper, section V)
     min_range: float = parameter(0.0, "nearest distance from the sensor that is kept", unit="m", low=0.0, high=1000.0)
@@ -138,7 +64,12 @@ class Params(ParameterTable):
         True, "remove the dominant plane (table, floor) and what lies behind it, if it is large enough to carry objects"
     )
     floor_distance: float = parameter(
-        0.01, "points nearer to the plane than this belong to it", unit="m", low=0.0005, high=1.0
+        0.01,
+        "points nearer to the plane than this belong to it; objects use object_floor_distance",
+        unit="m",
+        low=0.0005,
+        high=1.0,
+        when=({**GROWN, **FLOOR},),
     )
     floor_min_extent: float = parameter(
         0.3,
@@ -146,8 +77,11 @@ class Params(ParameterTable):
         unit="m",
         low=0.0,
         high=100.0,
+        when=(FLOOR,),
     )
-    floor_seed: int = parameter(0, "seed of the plane search; same cloud, same seed, same plane", low=0, high=2**31 - 1)
+    floor_seed: int = parameter(
+        0, "seed of the plane search; same cloud, same seed, same plane", low=0, high=2**31 - 1, when=(FLOOR,)
+    )
     voxel_size: float = parameter(
         0.002,
         "edge of the thinning voxel grid; 0 = off; every input point still gets a label",
@@ -156,38 +90,65 @@ class Params(ParameterTable):
         high=1.0,
     )
 
+    # Output
+    output: str = parameter(
+        "regions",
+        "what gets a label: regions of like color and direction; objects, which unite regions across convex borders; "
+        "or supervoxels, connected patches of regions of bounded extent",
+        choices=("regions", "objects", "supervoxels"),
+    )
+
     # Features (paper, section IV.C)
     features: str = parameter(
-        "color+normals", "what two points must agree in", choices=("color+normals", "color", "normals")
+        "color+normals",
+        "what two points must agree in; objects compare normals",
+        choices=("color+normals", "color", "normals"),
+        when=(GROWN,),
     )
     normal_radius: float = parameter(
-        0.01, "radius of the neighborhood that gives a point its normal", unit="m", low=0.0005, high=1.0
+        0.01,
+        "radius of the neighborhood that gives a point its normal; objects use object_normal_radius",
+        unit="m",
+        low=0.0005,
+        high=1.0,
+        when=(NORMALS,),
     )
     normal_min_neighbors: int = parameter(
-        8, "points with fewer neighbors in normal_radius take this many nearest ones (within 3 radii)", low=3, high=64
+        8,
+        "points with fewer neighbors in normal_radius take this many nearest ones (within 3 radii)",
+        low=3,
+        high=64,
+        when=(NORMALS, OBJECTS),
     )
     color_threshold: float = parameter(
-        10.0, "largest color difference of joined points", unit="dE", low=0.0, high=500.0
+        10.0, "largest color difference of joined points", unit="dE", low=0.0, high=500.0, when=(COLORS,)
     )
     min_color_threshold: float = parameter(
-        0.0, "smallest color difference of joined points", unit="dE", low=0.0, high=500.0
+        0.0, "smallest color difference of joined points", unit="dE", low=0.0, high=500.0, when=(COLORS,)
     )
     angle_threshold: float = parameter(
-        5.0, "largest angle between normals of joined points", unit="deg", low=0.0, high=180.0
+        5.0,
+        "largest angle between normals of joined points; objects use object_angle_threshold",
+        unit="deg",
+        low=0.0,
+        high=180.0,
+        when=(NORMALS,),
     )
     min_angle_threshold: float = parameter(
-        0.0, "smallest angle between normals of joined points", unit="deg", low=0.0, high=180.0
+        0.0, "smallest angle between normals of joined points", unit="deg", low=0.0, high=180.0, when=(NORMALS,)
     )
 
     # Filtration (paper, sections IV.A, IV.B, IV.D)
-    max_radius: float = parameter(
+    max_radius: float | Literal["auto"] = parameter(
         0.02,
         "largest scale of the Vietoris-Rips filtration (R); auto: the scale of the regions is chosen from the barcode "
-        "of each cloud, and lengths grow with the spacing and noise of the sensor's points (see docs/auto_radius.md)",
+        "of each cloud, and lengths grow with the spacing and noise of the sensor's points (see docs/auto_radius.md); "
+        "objects use object_radius",
         unit="m",
         low=1e-6,
         high=10.0,
-        words=(("auto", AUTO),),
+        words=("auto",),
+        when=(GROWN,),
     )
     radius: float = parameter(
         0.0,
@@ -195,45 +156,53 @@ class Params(ParameterTable):
         unit="m",
         low=0.0,
         high=10.0,
+        when=(GROWN,),
     )
     filtration_steps: int = parameter(10, "steps of the filtration up to max_radius (S)", low=1, high=10_000)
 
-    # Supervoxels
-    mode: str = parameter(
-        "regions",
-        "what gets a label: regions, or supervoxels, which are connected patches of regions of bounded extent",
-        choices=("regions", "supervoxels"),
+    # Small regions (paper, section IV.E)
+    min_region_size: int = parameter(64, "regions with fewer points are small", unit="points", low=1, high=10_000_000)
+    small_regions: str = parameter(
+        "merge",
+        "small regions join their best neighbor, or lose their label",
+        choices=("merge", "remove"),
+        when=(GROWN,),
     )
+
+    # Supervoxels
     seed_spacing: float = parameter(
         0.03,
         "supervoxels: spacing of their seeds, and the largest distance of a point from its patch's seed",
         unit="m",
         low=0.001,
         high=10.0,
-    )
-
-    # Small regions (paper, section IV.E)
-    min_region_size: int = parameter(64, "regions with fewer points are small", unit="points", low=1, high=10_000_000)
-    small_regions: str = parameter(
-        "merge", "small regions join their best neighbor, or lose their label", choices=("merge", "remove")
+        when=({"output": ("supervoxels",)},),
     )
 
     # Objects
-    level: str = parameter(
-        "regions",
-        "what gets a label: regions, or objects, which unite regions of like normals across convex borders; objects "
-        "go by the object_ parameters in place of features, max_radius, angle_threshold, normal_radius and "
-        "floor_distance",
-        choices=("regions", "objects"),
-    )
     object_radius: float = parameter(
-        0.01, "objects: largest scale of the regions that they are made of", unit="m", low=1e-6, high=10.0
+        0.01,
+        "objects: largest scale of the regions that they are made of",
+        unit="m",
+        low=1e-6,
+        high=10.0,
+        when=(OBJECTS,),
     )
     object_angle_threshold: float = parameter(
-        4.0, "objects: largest angle between normals of joined points", unit="deg", low=0.0, high=180.0
+        4.0,
+        "objects: largest angle between normals of joined points",
+        unit="deg",
+        low=0.0,
+        high=180.0,
+        when=(OBJECTS,),
     )
     object_normal_radius: float = parameter(
-        0.008, "objects: radius of the neighborhood that gives a point its normal", unit="m", low=0.0005, high=1.0
+        0.008,
+        "objects: radius of the neighborhood that gives a point its normal",
+        unit="m",
+        low=0.0005,
+        high=1.0,
+        when=(OBJECTS,),
     )
     object_floor_distance: float = parameter(
         0.004,
@@ -241,9 +210,15 @@ class Params(ParameterTable):
         unit="m",
         low=0.0005,
         high=1.0,
+        when=({**OBJECTS, **FLOOR},),
     )
     object_border_radius: float = parameter(
-        0.015, "objects: points of two regions up to this far apart judge the border", unit="m", low=1e-6, high=10.0
+        0.015,
+        "objects: points of two regions up to this far apart judge the border",
+        unit="m",
+        low=1e-6,
+        high=10.0,
+        when=(OBJECTS,),
     )
     object_groove_angle: float = parameter(
         15.0,
@@ -252,12 +227,14 @@ class Params(ParameterTable):
         unit="deg",
         low=0.0,
         high=180.0,
+        when=(OBJECTS,),
     )
     object_convexity: float = parameter(
         0.6,
         "objects: share of the pairs of points at a border that must be convex for the regions to be one object",
         low=0.5,
         high=1.0,
+        when=(OBJECTS,),
     )
 
     # Streams
@@ -267,117 +244,26 @@ class Params(ParameterTable):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.auto and self.radius:
-            raise ParameterError(f"radius ({self.radius}) is chosen where max_radius is auto; set one of the two back")
+        if self.max_radius == "auto" and self.radius:
+            raise ParameterError(
+                f"radius = {self.radius}, but max_radius is auto, which chooses the scale itself; "
+                "set radius to 0, or max_radius to a length"
+            )
         for small, large in (
             ("min_range", "max_range"),
             ("min_color_threshold", "color_threshold"),
             ("min_angle_threshold", "angle_threshold"),
             ("radius", "max_radius"),
         ):
-            if getattr(self, small) > getattr(self, large):
+            low, high = getattr(self, small), getattr(self, large)
+            if high != "auto" and low > high:
                 raise ParameterError(
-                    f"{small} ({getattr(self, small)}) is greater than {large} ({getattr(self, large)}); "
-                    "lower the one or raise the other"
+                    f"{small} ({low}) is greater than {large} ({high}); lower the one or raise the other"
                 )
-        if self.mode == "supervoxels" and self.level == "objects":
-            raise ParameterError(
-                "mode 'supervoxels' divides regions, level 'objects' unites them; set one of the two back"
-            )
         if self.crop_box and not all(self.crop_box[i] < self.crop_box[i + 3] for i in range(3)):
             raise ParameterError(f"crop_box {list(self.crop_box)}: each minimum must be less than its maximum")
-
-    def of_level(self) -> Params:
-        """Return the parameters with which the regions of the level are grown."""
-        if self.level == "regions":
-            return self
-        return self.replace(
-            features="normals",
-            max_radius=self.object_radius,
-            radius=0.0,
-            angle_threshold=self.object_angle_threshold,
-            min_angle_threshold=0.0,
-            normal_radius=self.object_normal_radius,
-            floor_distance=self.object_floor_distance,
-        )
 
     @property
     def point_limit(self) -> int:
         """Points of the largest cloud that is not rejected."""
         return self.max_points * (THINNABLE if self.over_max_points == "thin" else 1)
-
-    @property
-    def auto(self) -> bool:
-        """Whether the scale is chosen for each cloud."""
-        return self.max_radius == AUTO
-
-    @property
-    def reach(self) -> float:
-        """The last scale of the filtration, metres."""
-        return AUTO_REACH if self.auto else self.max_radius
-
-    @property
-    def scale(self) -> float:
-        """The scale of the regions, metres; where it is chosen for each cloud, the largest that can be."""
-        return self.radius or self.reach
-
-    @property
-    def uses_color(self) -> bool:
-        """Whether the homogeneity criterion compares colors."""
-        return self.features != "normals"
-
-    @property
-    def uses_normals(self) -> bool:
-        """Whether the homogeneity criterion compares normals."""
-        return self.features != "color"
-
-
-def checked(row: Row, value: Any) -> Any:
-    """Return `value` in the row's own type, or raise :class:`ParameterError` naming row, value and reason."""
-    spec = row.spec
-    if row.type is bool:
-        if not isinstance(value, bool):
-            raise ParameterError(f"{row.name} = {value!r}: must be true or false")
-        return value
-    if row.type is str:
-        if value not in spec.choices:
-            raise ParameterError(f"{row.name} = {value!r}: must be one of {', '.join(spec.choices)}")
-        return value
-    if row.type is tuple:
-        return _checked_numbers(row, value)
-    for word, number in spec.words:
-        if isinstance(value, str) and value == word:
-            return number
-    if row.type is int and isinstance(value, float) and value.is_integer():
-        value = int(value)
-    kind = " or ".join(["a whole number" if row.type is int else "a number", *(word for word, _ in spec.words)])
-    if isinstance(value, bool) or not _is_number(value, row.type):
-        raise ParameterError(f"{row.name} = {value!r}: must be {kind}")
-    value = row.type(value)
-    unit = f" {spec.unit}" if spec.unit else ""
-    if not math.isfinite(value):
-        raise ParameterError(f"{row.name} = {value}: must be a finite number")
-    if spec.low is not None and value < spec.low:
-        raise ParameterError(f"{row.name} = {value}: must be at least {spec.low:g}{unit}")
-    if spec.high is not None and value > spec.high:
-        raise ParameterError(f"{row.name} = {value}: must be at most {spec.high:g}{unit}")
-    return value
-
-
-def _is_number(value: Any, kind: type) -> bool:
-    if kind is int:
-        return hasattr(value, "__index__")
-    return hasattr(value, "__float__") and not isinstance(value, str | bytes)
-
-
-def _checked_numbers(row: Row, value: Any) -> tuple[float, ...]:
-    wanted = " or ".join(str(n) for n in row.spec.lengths)
-    try:
-        numbers = tuple(float(x) for x in value)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{row.name} = {value!r}: must be a list of {wanted} numbers") from None
-    if len(numbers) not in row.spec.lengths:
-        raise ParameterError(f"{row.name} = {list(numbers)}: must have {wanted} numbers, has {len(numbers)}")
-    if not all(math.isfinite(x) for x in numbers):
-        raise ParameterError(f"{row.name} = {list(numbers)}: must be finite numbers")
-    return numbers

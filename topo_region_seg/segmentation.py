@@ -1,209 +1,213 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The regions at any scale of one filtration, cut from its merge tree."""
+"""The result for one cloud, and the results at other scales of the same filtration."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from topo_region_seg.beyond.adjacency import adjacency
-from topo_region_seg.beyond.auto_scale.stability import stability
 from topo_region_seg.beyond.objects.unite import unite_objects
 from topo_region_seg.beyond.supervoxels.patches import supervoxels
 from topo_region_seg.clock import Clock
-from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.data import (
     Adjacency,
     Barcode,
     Components,
     Features,
-    FloatArray,
     IntArray,
     LabelArray,
+    Notice,
     Plane,
-    Segmentation,
+    RegionTable,
 )
-from topo_region_seg.params import FEWEST_SPACINGS, REFERENCE_SPACING, Params
+from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.scales.counts import region_counts
+from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud, components_at, labels_of_input
+from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.small_regions import settle_small_regions
 
-SAME = 0.8
-"""Share of what becomes of it and another that a region must be to count as still the same. Less would let regions of
-like size pass for one of them, more would end a region with every bit that it gains."""
+STAGES = {"regions": "small_regions", "objects": "objects", "supervoxels": "supervoxels"}
+"""The stage that makes the regions of each output, as `ms` names it."""
 
 
 @dataclass(frozen=True)
-class Filtered:
-    """A cloud after its filtration: all that the regions of a scale are made from.
+class Segmentation:
+    """The result for one cloud.
 
     Parameters
     ----------
-    xyz : (N, 3) float64
-        The preprocessed points, metres. Their positions in `channels` and `tree` are others where `max_radius` is auto.
-    weight, index : (N,) int64
-        How many input points each of them stands for, and the row of the first.
-    carry_back : callable
-        Makes the labels of all input points from those of the preprocessed ones.
-    channels : (N, 9) float64
-        Positions (m), colors and normals as the criterion compares them.
-    tree : Tree
-        Tree over the positions.
+    labels : (N,) uint32
+        Label of every input point; 0 = no region, regions count from 1, largest first,
+        unless labels are kept over frames.
+    regions : RegionTable
+        Properties of the regions.
+    barcode : Barcode
+        The H0 barcode of the preprocessed points.
     components : Components
-        The whole filtration, up to `max_radius`.
+        Exact components and deaths of the preprocessed points, before small regions were dealt with.
+    index : (M,) int64
+        Row of the preprocessed points in the input (of the first point of a voxel where the cloud was thinned).
     features : Features
         Features of the preprocessed points.
     plane : Plane or None
         The removed support plane.
     params : Params
-        The parameters of the run.
+        The parameters asked for: a run with them gives the same labels.
+    scale : float
+        Scale of the regions, metres. Where `max_radius` is auto it is the scale that was chosen, as it is where the
+        points are no farther apart than 1.9 mm; it grows with their spacing.
+    filtered : FilteredCloud
+        What the regions of other scales are made from.
+    ms : dict of str to float
+        Milliseconds per stage, in order of execution.
+    notices : tuple of Notice
+        What a user should know about the result.
     """
 
-    xyz: FloatArray
-    weight: IntArray
-    index: IntArray
-    carry_back: Callable[[LabelArray], LabelArray]
-    channels: FloatArray
-    tree: Tree
+    labels: LabelArray
+    regions: RegionTable
+    barcode: Barcode
     components: Components
+    index: IntArray
     features: Features
     plane: Plane | None
     params: Params
+    scale: float
+    filtered: FilteredCloud = field(repr=False)
+    ms: dict[str, float] = field(default_factory=dict)
+    notices: tuple[Notice, ...] = ()
 
-    def at(self, radius: float) -> Segmentation:
-        """Return the segmentation at a scale, metres, above 0 up to `max_radius`."""
-        if not 0.0 < radius <= self.params.max_radius:
-            raise ValueError(f"radius is {radius}, must be above 0 and at most max_radius, {self.params.max_radius}")
-        return self.segmentation(self.params.replace(radius=float(radius)), Clock())
+    def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
+        """Return the segmentation at another scale of the same filtration.
 
-    def segmentation(self, params: Params, clock: Clock) -> Segmentation:
-        """Return the segmentation at `params.scale`, other parameters being those of the run."""
-        patches = params.mode == "supervoxels"
-        with clock("supervoxels" if patches else "small_regions" if params.level == "regions" else "objects"):
-            components = self._components_at(params)
-            if patches:
-                region = supervoxels(self.channels, self.tree, components.root, self.weight, params)
-            else:
-                region = self._settled(components)
-        with clock("regions"):
-            return self._described(region, components, params, clock)
+        Labels and regions are those of a new run with `max_radius` (of objects: `object_radius`) set to the scale;
+        components and barcode remain those of the whole filtration, so that any result may be cut again.
 
-    def divided(self, seg: Segmentation, region: IntArray) -> Segmentation:
-        """Return one of these segmentations with other regions of its points, (N,), counted from 0; -1 for none."""
-        return self._described(region, self._components_at(seg.params), seg.params, Clock(seg.ms))
+        Parameters
+        ----------
+        radius : float, optional
+            The scale, metres, above 0 up to that of the filtration.
+        regions : int, optional
+            Instead of `radius`: the largest scale with at least so many regions, counted when small ones have been
+            settled. Where these are merged, the count may rise as well as fall as the scale grows. Then the scale is
+            searched down from the largest in growing steps and by halving: it has at least so many regions and the
+            next larger one has fewer, but a still larger one may have as many too. Where none is found, the scale
+            with the most regions of those looked at.
 
-    def _components_at(self, params: Params) -> Components:
-        whole = params.scale == self.components.max_radius
-        return self.components if whole else self.components.cut(params.scale)
+        Returns
+        -------
+        Segmentation
+            Its `scale` is the new scale. So is ``params.radius`` (of objects: ``params.object_radius``), unless
+            `max_radius` is auto.
 
-    def _described(self, region: IntArray, components: Components, params: Params, clock: Clock) -> Segmentation:
-        labels = number_regions(self.xyz, region, self.weight)
-        return Segmentation(
-            labels=self.carry_back(labels),
-            regions=describe_regions(self.xyz, self.features, labels, self.weight, components),
-            barcode=self._barcode(labels),
-            components=self.components,
-            index=self.index,
-            features=self.features,
-            plane=self.plane,
-            params=params,
-            scales=self,
-            ms=clock.ms,
-        )
-
-    def radius_of(self, regions: int) -> float:
-        """Return a scale with at least so many regions, metres, as `Segmentation.cut` says."""
-        if self.params.mode == "supervoxels":
-            raise ValueError(
-                "cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing"
-            )
-        radius, large, most = self._candidates()
-        if self.params.small_regions == "remove":
-            enough = np.flatnonzero(large >= regions)
-            return float(radius[enough[-1] if len(enough) else np.flatnonzero(large == np.max(large))[-1]])
-        # Merging makes regions of small ones too; how many, only doing it can tell.
-        sure, possible = np.flatnonzero(large >= regions), np.flatnonzero(most >= regions)
-        low = int(sure[-1]) if len(sure) else 0
-        high = int(possible[-1]) if len(possible) else len(radius) - 1
-        found: dict[int, int] = {}
-
-        def enough_at(place: int) -> bool:
-            region = self._settled(self.components.cut(float(radius[place])))
-            found[place] = int(np.max(region, initial=-1)) + 1
-            return found[place] >= regions
-
-        place, above, step = high, high + 1, 1
-        while not (len(sure) and place == low) and not enough_at(place):
-            if place == low:
-                return float(radius[max(found, key=lambda one: (found[one], one))])
-            above, place, step = place, max(high - step, low), 2 * step
-        while above - place > 1:
-            middle = (place + above) // 2
-            if enough_at(middle):
-                place = middle
-            else:
-                above = middle
-        return float(radius[place])
-
-    def stable_scale(self) -> float:
-        """Return the scale whose regions stay the same for longest, as a ratio of scales, in the mean over the points.
-
-        It lies between FEWEST_SPACINGS and the end of the filtration. This is the gap that ToMATo looks for in a
-        barcode (Chazal, Guibas, Oudot and Skraba, Persistence-based clustering in Riemannian manifolds, 2013), but for
-        each region: in a cloud of many things two of them join at nearly every scale.
+        Raises
+        ------
+        ValueError
+            If not one of the two is given, `radius` is out of range, or supervoxels are to be counted.
         """
-        death, least, last = self.components.death, FEWEST_SPACINGS * REFERENCE_SPACING, self.components.max_radius
-        order = np.argsort(death, kind="stable")[: np.count_nonzero(np.isfinite(death))]
-        lasting = stability(
-            self.components.parent,
-            order,
-            np.minimum(death, last),
-            self.weight,
-            self.params.min_region_size,
-            SAME,
-            least,
-        )
-        begins = np.maximum(np.append(least, death[order]), least)
-        ends = np.append(begins[1:], last)
-        places = np.flatnonzero(ends > begins)
-        best = places[np.argmax(lasting[places])]
-        return float(np.sqrt(begins[best] * ends[best]))
+        if (radius is None) == (regions is None):
+            raise ValueError("give either radius or regions")
+        last = self.components.max_radius
+        if radius is None:
+            radius = _scale_with(self.filtered, self.params, int(regions or 0))
+        elif not 0.0 < radius <= last:
+            raise ValueError(f"radius is {radius}, must be above 0 and at most the filtration's last scale, {last}")
+        return segmentation_at(self.filtered, _params_of_cut(self.params, float(radius)), float(radius), Clock())
 
-    def adjacency(self, labels: LabelArray, radius: float) -> Adjacency:
-        """Return which regions touch, given the labels of the preprocessed points."""
-        return adjacency(np.ascontiguousarray(self.channels[:, :3]), labels, self.tree, radius)
+    def adjacency(self, radius: float | None = None) -> Adjacency:
+        """Return which regions touch, and how many pairs of points at their border are near.
 
-    def _candidates(self) -> tuple[FloatArray, IntArray, IntArray]:
-        """Return, for all scales that differ, the largest of those alike, and the least and largest count of regions.
+        Parameters
+        ----------
+        radius : float, optional
+            Largest distance of two such points, metres; the radius of normals, within which points count as one
+            surface, unless given.
 
-        All are (K,), the smallest scale first; the least count is that of components that are not small.
+        Raises
+        ------
+        ValueError
+            If `radius` is not above 0.
         """
-        death, size = self.components.death, self.params.min_region_size
-        order = np.argsort(death, kind="stable")[: np.count_nonzero(np.isfinite(death))]
-        large, rest = region_counts(self.components.parent, order, self.weight, size)
-        radius = np.append(np.nextafter(death[order], 0.0), self.components.max_radius)
-        # Deaths at one scale come together, and those at 0, where points coincide, before every scale.
-        whole = (radius > 0.0) & (radius >= np.append(0.0, death[order]))
-        return radius[whole], large[whole], np.maximum(large + rest // size, 1)[whole]
+        radius = self.filtered.growth.normal_radius if radius is None else radius
+        if not radius > 0.0:
+            raise ValueError(f"radius is {radius}, must be above 0 m")
+        positions = np.ascontiguousarray(self.filtered.channels[:, :3])
+        return adjacency(positions, self.barcode.label, self.filtered.tree, radius)
 
-    def _settled(self, components: Components) -> IntArray:
-        normals = self.features.normals
-        if self.params.level == "objects" and normals is not None:
-            loose = np.isnan(self.channels[:, 6])
-            return unite_objects(self.xyz, normals, loose, self.tree, components.root, self.weight, self.params)
-        limits = criterion(self.params)
-        return settle_small_regions(self.channels, self.tree, components.root, self.weight, limits, self.params)
+    def divided(self, region: IntArray) -> Segmentation:
+        """Return this segmentation with other regions of the preprocessed points, (M,), from 0; -1 for none."""
+        components = components_at(self.filtered, self.scale)
+        return _described(self.filtered, region, components, self.params, self.scale, Clock(self.ms))
 
-    def _barcode(self, labels: LabelArray) -> Barcode:
-        return Barcode(
-            xyz=self.xyz,
+
+def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock: Clock) -> Segmentation:
+    """Return the segmentation of a cloud at a scale, metres."""
+    with clock(STAGES[params.output]):
+        components = components_at(filtered, scale)
+        region = _regions(filtered, components, params, scale)
+    with clock("regions"):
+        return _described(filtered, region, components, params, scale, clock)
+
+
+def _regions(filtered: FilteredCloud, components: Components, params: Params, scale: float) -> IntArray:
+    """Return the region of each preprocessed point, counted from 0; -1 for none."""
+    channels, tree, weight = filtered.channels, filtered.tree, filtered.weight
+    normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
+    if params.output == "supervoxels":
+        return supervoxels(channels, tree, components.root, weight, limits, params)
+    if params.output == "objects" and normals is not None:
+        loose = np.isnan(channels[:, 6])
+        return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params)
+    return settle_small_regions(channels, tree, components.root, weight, limits, params)
+
+
+def _described(
+    filtered: FilteredCloud, region: IntArray, components: Components, params: Params, scale: float, clock: Clock
+) -> Segmentation:
+    whole = filtered.components
+    labels = number_regions(filtered.xyz, region, filtered.weight)
+    return Segmentation(
+        labels=labels_of_input(filtered, labels),
+        regions=describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components),
+        barcode=Barcode(
+            xyz=filtered.xyz,
             birth=np.zeros(len(labels)),
-            death=self.components.death,
+            death=whole.death,
             label=labels,
-            steps=self.params.filtration_steps,
-            max_radius=self.components.max_radius,
-        )
+            steps=params.filtration_steps,
+            max_radius=whole.max_radius,
+        ),
+        components=whole,
+        index=filtered.index,
+        features=filtered.features,
+        plane=filtered.plane,
+        params=params,
+        scale=scale,
+        filtered=filtered,
+        ms=clock.ms,
+    )
+
+
+def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
+    if params.output == "supervoxels":
+        raise ValueError("cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing")
+    given = filtered.components, filtered.weight, params.min_region_size, regions
+    if params.small_regions == "remove":
+        return scale_with_kept_regions(*given)
+
+    def count_at(scale: float) -> int:
+        region = _regions(filtered, filtered.components.cut(scale), params, scale)
+        return int(np.max(region, initial=-1)) + 1
+
+    return scale_with_merged_regions(*given, count_at)
+
+
+def _params_of_cut(params: Params, radius: float) -> Params:
+    """Return the parameters of a run whose regions are those of the scale, where there are such."""
+    if params.output == "objects":
+        return replace(params, object_radius=radius)
+    return params if params.max_radius == "auto" else replace(params, radius=radius)

@@ -17,13 +17,13 @@ from benchmarks.beyond.quality import weighted_overlap
 from benchmarks.recordings import FIRST_OBJECT, Frame, frames, source
 from benchmarks.report import table
 from benchmarks.results import Setting
+from topo_region_seg import pipeline as pipeline_module
 from topo_region_seg.beyond.auto_scale.local_units import LocalUnits
 from topo_region_seg.data import LabelArray
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
 from topo_region_seg.offline.simulation.frame import SimulatedFrame
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
-from topo_region_seg.segmentation import Filtered
 
 TITLE = "The right scale by itself"
 DOCUMENT = "auto_radius.md"
@@ -43,7 +43,7 @@ def without(part: str) -> Iterator[None]:
         "": (LocalUnits, "noise_radius", LocalUnits.noise_radius),
         "noise": (LocalUnits, "noise_radius", lambda units, xyz, params: np.zeros(len(xyz))),
         "growth": (LocalUnits, "growth", lambda units, xyz: np.ones(len(xyz))),
-        "choice": (Filtered, "stable_scale", lambda filtered: LONG),
+        "choice": (pipeline_module, "stable_scale", lambda components, weight, fewest: LONG),
     }[part]
     kept = getattr(owner, name)
     setattr(owner, name, stand_in)

@@ -34,7 +34,7 @@ PICTURED = 5
 """Number of the frame in the picture: the one of most objects."""
 
 VARIANTS: dict[str, dict[str, object]] = {
-    "regions alone (`level: regions`)": {"level": "regions"},
+    "regions alone (`output: regions`)": {"output": "regions"},
     "**objects, as they are by default**": {},
     "regions up to 8 mm": {"object_radius": 0.008},
     "regions up to 12 mm": {"object_radius": 0.012},
@@ -88,11 +88,11 @@ def _elsewhere(chosen: Sequence[Frame], setting: Setting) -> str:
     for name, change in DISTURBED.items():
         clouds[name] = [(change(frame.cloud()), frame.truth) for frame in chosen]
     for name, pairs in clouds.items():
-        for level in ("regions", "objects"):
-            pipeline = Pipeline(Params(level=level))
+        for output in ("regions", "objects"):
+            pipeline = Pipeline(Params(output=output))
             found = [quality(truth, pipeline.run(cloud).labels, cloud) for cloud, truth in pairs]
-            rows.append([name if level == "regions" else "", level, str(len(pairs)), *_row("", found)[1:]])
-    return table(["", "level", "frames", "WOv", "Fos", "Fus", "ARI"], rows)
+            rows.append([name if output == "regions" else "", output, str(len(pairs)), *_row("", found)[1:]])
+    return table(["", "output", "frames", "WOv", "Fos", "Fus", "ARI"], rows)
 
 
 def _simulated(seed: int, factor: float) -> tuple[Cloud, LabelArray]:
@@ -134,7 +134,7 @@ def measure(setting: Setting, images: Path) -> str:
     blocks = [f"On {len(chosen)} {source()} 640x480 frames; the mean over the frames."]
     rows, default, times = [], [], []
     for name, changes in VARIANTS.items():
-        found, ms = measure_all(chosen, Params(level="objects").replace(**changes))
+        found, ms = measure_all(chosen, Params(output="objects").replace(**changes))
         rows.append(_row(name, found))
         if name == DEFAULT:
             default, times = found, ms
@@ -143,7 +143,7 @@ def measure(setting: Setting, images: Path) -> str:
     blocks += ["Frame by frame, at the defaults:", table(["", "WOv", "Fos", "Fus", "ARI"], per_frame)]
     blocks += ["Other clouds, at the defaults, the mean over the frames:", _elsewhere(chosen, setting)]
     for _ in range(setting.choose(5, 1)):
-        times += measure_all(chosen, Params(level="objects"))[1]
+        times += measure_all(chosen, Params(output="objects"))[1]
     regions = [ms for _ in range(setting.choose(5, 1)) for ms in measure_all(chosen, Params())[1]]
     whole, plain = (median(sum(ms.values()) for ms in all_ms) for all_ms in (times, regions))
     united = median(ms["grooves"] + ms["objects"] for ms in times)
@@ -168,7 +168,7 @@ def _picture(frame: Frame, path: Path) -> None:
     """Draw a frame, its regions, its objects and the truth side by side."""
     cloud = frame.cloud()
     own = own_colors(cloud)
-    regions, objects = (Pipeline(Params(level=level)).run(cloud).labels for level in ("regions", "objects"))
+    regions, objects = (Pipeline(Params(output=output)).run(cloud).labels for output in ("regions", "objects"))
     truth = np.where(frame.truth >= FIRST_OBJECT, frame.truth - FIRST_OBJECT + 1, 0).astype(np.uint32)
     panels = {"camera": own, "regions": region_colors(own, regions), "objects": region_colors(own, objects)}
     panels["truth"] = region_colors(own, truth)

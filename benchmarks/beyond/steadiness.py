@@ -17,12 +17,13 @@ from benchmarks.beyond.quality import weighted_overlap
 from benchmarks.recordings import FIRST_OBJECT
 from benchmarks.report import table
 from benchmarks.results import Setting
-from topo_region_seg.data import FloatArray, LabelArray, Segmentation
+from topo_region_seg.data import FloatArray, LabelArray
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.offline.simulation.frame import SimulatedFrame
 from topo_region_seg.offline.simulation.noise import DepthNoise
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.segmentation import Segmentation
 
 TITLE = "Steadiness"
 DOCUMENT = "steadiness.md"

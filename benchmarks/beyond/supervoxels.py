@@ -31,7 +31,7 @@ PCL_VOXELS = (0.004, 0.008)
 ROUNDS = 4
 """Runs of PCL until its number of patches is ours."""
 COLUMNS = ["", "patches", "boundary recall", "boundary precision", "under-segmentation error", "ms"]
-PARAMS = Params(mode="supervoxels", remove_floor=False)
+PARAMS = Params(output="supervoxels", remove_floor=False)
 VARIANTS: dict[str, dict[str, object]] = {
     "**as they are by default**": {},
     "without colors": {"features": "normals"},

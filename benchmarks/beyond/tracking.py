@@ -42,7 +42,7 @@ SHARE = 0.5
 """Of a true segment's points, those that its label has at least, for the segment to have a label at all."""
 SAME = 0.5
 """Intersection over union of two regions of consecutive frames from which on they are taken for one thing."""
-LEVELS = ("regions", "objects")
+OUTPUTS = ("regions", "objects")
 WHOLE = "whole"
 WITHOUT: dict[str, dict[str, Any]] = {
     "without overlap": {"overlap": False},
@@ -158,21 +158,21 @@ def measure(setting: Setting, images: Path) -> str:
     static_rows, moving_rows, apart_rows, times = [], [], [], []
     shown: list[Step] = []
     ablation: dict[str, list[tuple[float, int]]] = {}
-    for level in LEVELS:
-        params = Params(level=level)
-        others = WITHOUT if level == LEVELS[0] else {}
+    for output in OUTPUTS:
+        params = Params(output=output)
+        others = WITHOUT if output == OUTPUTS[0] else {}
         for scene in scenes:
             rest = follow(simulated(scene, [Camera.kinect()] * still), params, others)
             steps = rest[WHOLE]
             shares = [changed([s.plain for s in steps]), changed([s.tracked for s in steps])]
-            static_rows.append([f"{level}, scene {scene}", *(f"{100.0 * share:.2f}" for share in shares)])
+            static_rows.append([f"{output}, scene {scene}", *(f"{100.0 * share:.2f}" for share in shares)])
             times += [step.ms for step in steps]
             cameras = orbit(Camera.kinect(), moving, SWEEP * moving / ORBIT_FRAMES)
             round_it = follow(simulated(scene, cameras), params, others)
             steps = round_it[WHOLE]
             plain, tracked = (switches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
-            moving_rows.append([f"{level}, scene {scene}", str(plain[1]), str(plain[0]), str(tracked[0])])
-            if level == LEVELS[0]:
+            moving_rows.append([f"{output}, scene {scene}", str(plain[1]), str(plain[0]), str(tracked[0])])
+            if output == OUTPUTS[0]:
                 for name in rest:
                     share = changed([s.tracked for s in rest[name]])
                     count = switches(round_it[name], [s.tracked for s in round_it[name]])[0]
@@ -182,7 +182,7 @@ def measure(setting: Setting, images: Path) -> str:
         for name, stream in streams_apart().items():
             steps = follow(stream, params)[WHOLE]
             plain, tracked = (mismatches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
-            apart_rows.append([f"{name}: {level}", str(plain[1]), str(plain[0]), str(tracked[0])])
+            apart_rows.append([f"{name}: {output}", str(plain[1]), str(plain[0]), str(tracked[0])])
     blocks = [
         f"Simulated tabletop, camera at rest, Kinect noise, {still} frames each: points that do not have the label "
         "of the frame before, percent (points with a label in both frames).",

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
 from dataclasses import replace
@@ -22,13 +23,16 @@ from topo_region_seg.beyond.auto_scale.local_units import LocalUnits, local_unit
 from topo_region_seg.beyond.auto_scale.stability import stability
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.data import Cloud
+from topo_region_seg.growth import AUTO_REACH, FEWEST_SPACINGS, REFERENCE_SPACING, growth_of_regions, is_auto
 from topo_region_seg.offline.cli.parameters import read_value
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
-from topo_region_seg.params import AUTO_REACH, FEWEST_SPACINGS, REFERENCE_SPACING, ParameterError, Params
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.steps.normals.estimate import estimate_normals
 
-AUTO = Params(max_radius="auto", voxel_size=0.0, remove_floor=False, max_range=100.0)  # type: ignore[arg-type]
+GROWTH = growth_of_regions(Params())
+AUTO = Params(max_radius="auto", voxel_size=0.0, remove_floor=False, max_range=100.0)
 TURNED = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])  # a camera in a frame of x forward, z up
 DEPTHS = st.floats(0.3, 8.0)
 
@@ -61,7 +65,7 @@ def test_lengths_near_by_are_what_they_say(near: float, far: float) -> None:
     xyz = np.array([[0.1, -0.1, near], [0.1, -0.1, far]])
     assert np.array_equal(units.at(xyz)[0], xyz[0])
     assert np.array_equal(units.at(xyz[:1]), xyz[:1])
-    assert np.allclose(units.normal_radius(xyz, Params()), Params().normal_radius * np.array([1.0, far]))
+    assert np.allclose(units.normal_radius(xyz, GROWTH), Params().normal_radius * np.array([1.0, far]))
 
 
 @pytest.mark.parametrize("axes", [np.eye(3), TURNED])
@@ -80,7 +84,7 @@ def test_the_noise_is_found(sigma: float, height: int) -> None:
         noisy = xyz / (1.0 + rng.normal(0.0, sigma, len(xyz)) * xyz[:, 2])[:, None]
         units = local_units(noisy, np.arange(len(xyz)), 48 if height > 1 else len(xyz), height)
         assert units.noise == pytest.approx(sigma, rel=0.12)
-        assert units.floor_distance(Params()) == pytest.approx(max(0.01, 2.5 * sigma * depth**2), rel=0.15)
+        assert units.floor_distance(GROWTH) == pytest.approx(max(0.01, 2.5 * sigma * depth**2), rel=0.15)
 
 
 @pytest.mark.parametrize("depth", [1.0, 2.0, 3.0])
@@ -93,22 +97,22 @@ def test_normals_of_a_noisy_wall_agree(depth: float) -> None:
     tree = position_tree(noisy)
     inside = np.max(np.abs(xyz[:, :2]), axis=1) < 0.6 * np.max(xyz[:, 0])
 
-    def off(radius: np.ndarray | None) -> float:
-        normals = estimate_normals(noisy, tree, Params(), radius)[inside]
+    def off(radius: float | np.ndarray) -> float:
+        normals = estimate_normals(noisy, tree, radius, 8)[inside]
         return float(np.sqrt(np.nanmean(np.degrees(np.arccos(np.abs(normals[:, 2]))) ** 2)))
 
     # The root for the two directions in which a plane turns, the factor for what the noise adds to the plane's edge.
-    assert off(units.normal_radius(noisy, Params())) < 1.5 * math.sqrt(2.0) * Params().angle_threshold / 2.0
+    assert off(units.normal_radius(noisy, GROWTH)) < 1.5 * math.sqrt(2.0) * Params().angle_threshold / 2.0
     if depth > 1.0:
-        assert off(None) > 2.0 * off(units.normal_radius(noisy, Params()))
+        assert off(GROWTH.normal_radius) > 2.0 * off(units.normal_radius(noisy, GROWTH))
 
 
 def test_one_radius_for_all_is_that_of_each() -> None:
     xyz = wall(1.0) + np.random.default_rng(0).normal(0.0, 1e-3, (48 * 48, 3))
     tree = position_tree(xyz)
-    each = estimate_normals(xyz, tree, Params(), np.where(np.arange(len(xyz)) % 2, 0.01, 0.02))
+    each = estimate_normals(xyz, tree, np.where(np.arange(len(xyz)) % 2, 0.01, 0.02), 8)
     for parity, radius in ((0, 0.02), (1, 0.01)):
-        alone = estimate_normals(xyz, tree, Params(normal_radius=radius))
+        alone = estimate_normals(xyz, tree, radius, 8)
         assert np.allclose(each[parity::2], alone[parity::2], atol=1e-9)
 
 
@@ -192,8 +196,8 @@ def test_the_scale_is_in_the_middle_of_the_stretch_over_which_regions_last(
     spread = np.array([[10.0, 10.0, 10.0], [-10.0, -10.0, 10.0]])  # wide apart: no camera
     cloud = Cloud(np.concatenate([xyz, spread, -spread]), np.zeros((len(xyz) + 4, 3), np.uint8), 1, len(xyz) + 4)
     seg = Pipeline(AUTO.replace(features="normals")).run(cloud)
-    assert seg.params.radius == pytest.approx(REFERENCE_SPACING * math.sqrt(begin * end), rel=1e-6)
-    assert FEWEST_SPACINGS * REFERENCE_SPACING < seg.params.radius < AUTO_REACH
+    assert seg.scale == pytest.approx(REFERENCE_SPACING * math.sqrt(begin * end), rel=1e-6)
+    assert FEWEST_SPACINGS * REFERENCE_SPACING < seg.scale < AUTO_REACH
     assert len(seg.regions) == regions
 
 
@@ -207,24 +211,31 @@ def test_how_long_regions_last_counted_by_hand() -> None:
 
 def test_the_result_says_its_scale_and_can_be_cut() -> None:
     cloud = simulate(tabletop(1), Camera.kinect(160, 120), 1).cloud
-    seg = Pipeline(Params(max_radius="auto")).run(cloud)  # type: ignore[arg-type]
-    assert (seg.params.max_radius, seg.components.max_radius, seg.barcode.max_radius) == (AUTO_REACH,) * 3
-    assert np.array_equal(seg.cut(seg.params.radius).labels, seg.labels)
+    seg = Pipeline(Params(max_radius="auto")).run(cloud)
+    assert (seg.components.max_radius, seg.barcode.max_radius) == (AUTO_REACH,) * 2
+    assert np.array_equal(seg.cut(seg.scale).labels, seg.labels)
     finite = np.isfinite(cloud.xyz).all(axis=1)
     for region in seg.regions:
         members = cloud.xyz[(seg.labels == region.label) & finite]
         assert np.allclose(region.centroid, members.mean(axis=0), atol=2e-3), "in metres, in the sensor frame"
 
 
-def test_the_word_stands_for_the_number_everywhere() -> None:
-    params = Params(max_radius="auto")  # type: ignore[arg-type]
-    assert params.auto and not Params().auto
-    assert params.as_dict()["max_radius"] == "auto"
+def test_the_word_is_kept_as_it_is() -> None:
+    params = Params(max_radius="auto")
+    assert params.max_radius == "auto" and is_auto(params) and not is_auto(Params())
+    assert Params(**dataclasses.asdict(params)) == params
     assert Params.from_mapping(params.as_dict()) == params
-    assert params.replace(angle_threshold=3.0).auto
+    assert dataclasses.replace(params, angle_threshold=3.0).max_radius == "auto"
     row = next(row for row in Params.table() if row.name == "max_radius")
-    assert Params(max_radius=read_value(row, "auto")).auto
-    assert not params.replace(level="objects").of_level().auto
+    assert Params(max_radius=read_value(row, "auto")) == params
+    assert not is_auto(params.replace(output="objects"))
+
+
+def test_the_parameters_of_a_result_give_it_again() -> None:
+    cloud = simulate(tabletop(1), Camera.kinect(160, 120), 1).cloud
+    seg = Pipeline(Params(max_radius="auto")).run(cloud)
+    assert seg.params == Params(max_radius="auto")
+    assert np.array_equal(Pipeline(seg.params).run(cloud).labels, seg.labels)
 
 
 @pytest.mark.parametrize("value", [0.0, "Auto", "automatic", ""])
@@ -234,5 +245,5 @@ def test_nothing_else_stands_for_it(value: object) -> None:
 
 
 def test_a_scale_cannot_be_given_and_chosen() -> None:
-    with pytest.raises(ParameterError, match=r"radius .* is chosen where max_radius is auto"):
-        Params(max_radius="auto", radius=0.01)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match=r"radius = 0\.01, but max_radius is auto"):
+        Params(max_radius="auto", radius=0.01)

@@ -16,11 +16,13 @@ from topo_region_seg.beyond.objects.turns import mean_turns, oriented_blocks
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.data import Cloud
-from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.growth import growth_of_output
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 
 Floats = npt.NDArray[np.float64]
-OBJECTS = Params(level="objects", remove_floor=False, voxel_size=0.0)
+OBJECTS = Params(output="objects", remove_floor=False, voxel_size=0.0)
 SPACING = 0.003
 LABELED = SHARED / "bags" / "tabletop_labelled"
 
@@ -54,7 +56,15 @@ CORNER = np.array([0.5, 0.5, 0.5])
 
 def test_the_faces_of_a_box_are_one_object() -> None:
     xyz = box(CORNER)
-    regions = Pipeline(OBJECTS.of_level().replace(level="regions")).run(Cloud(xyz, None, 1, len(xyz))).labels
+    faces = Params(
+        features="normals",
+        max_radius=OBJECTS.object_radius,
+        angle_threshold=OBJECTS.object_angle_threshold,
+        normal_radius=OBJECTS.object_normal_radius,
+        remove_floor=False,
+        voxel_size=0.0,
+    )
+    regions = Pipeline(faces).run(Cloud(xyz, None, 1, len(xyz))).labels
     assert len(np.unique(regions[regions > 0])) >= 3
     assert (objects(xyz) == 1).all()
 
@@ -189,10 +199,12 @@ def test_points_continue_the_surface_that_they_lie_on() -> None:
         assert found[-2:].tolist() == [expected, 2]
 
 
-def test_the_level_brings_its_own_parameters() -> None:
-    used = Params(level="objects", object_radius=0.02, radius=0.005, angle_threshold=30.0).of_level()
-    assert (used.features, used.max_radius, used.radius, used.angle_threshold) == ("normals", 0.02, 0.0, 4.0)
-    assert Params(angle_threshold=30.0).of_level().angle_threshold == 30.0
+def test_objects_have_parameters_of_their_own() -> None:
+    params = Params(output="objects", object_radius=0.02, radius=0.005, angle_threshold=30.0)
+    used = growth_of_output(params)
+    assert (used.uses_color, used.max_radius, used.radius, used.angle) == (False, 0.02, 0.02, (0.0, 4.0))
+    assert growth_of_output(params.replace(output="regions")).angle == (0.0, 30.0)
+    assert list(params.without_effect()) == ["angle_threshold", "radius"]
     with pytest.raises(ParameterError, match="object_convexity"):
         Params(object_convexity=0.3)
 
@@ -208,7 +220,7 @@ def test_objects_of_the_labelled_recording() -> None:
     from topo_region_seg.offline.evaluation.source import Source, Task
     from topo_region_seg.offline.evaluation.version import program_version
 
-    params = Params(level="objects")
+    params = Params(output="objects")
     source = Source("tabletop", str(LABELED))
     frames = evaluate(Task(source, params, program_version(), 0, None, 12)).frames
     mean = {name: np.mean([frame.measures[name] for frame in frames]) for name in ("wov", "fos", "fus")}

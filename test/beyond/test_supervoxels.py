@@ -17,12 +17,11 @@ import topo_region_seg as trs
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
-from topo_region_seg.params import ParameterError
 
 RECORDED = SIMULATED
 SPACING = 0.02
 PATCHES = trs.Params(
-    mode="supervoxels", seed_spacing=SPACING, remove_floor=False, voxel_size=0.0, max_radius=0.008, min_region_size=5
+    output="supervoxels", seed_spacing=SPACING, remove_floor=False, voxel_size=0.0, max_radius=0.008, min_region_size=5
 )
 
 
@@ -126,15 +125,13 @@ def test_a_recorded_frame() -> None:
     with open_bag(RECORDED) as reader:
         topic = cloud_topic(reader)
         cloud = decode(decode_message(next(iter(reader.messages([topic.name]))), topic), max_points=10**6)
-    regions, patches = (trs.Pipeline(trs.Params(mode=mode)).run(cloud) for mode in ("regions", "supervoxels"))
+    regions, patches = (trs.Pipeline(trs.Params(output=output)).run(cloud) for output in ("regions", "supervoxels"))
     assert len(patches.regions) > len(regions.regions)
     extent = (patches.regions.maximum - patches.regions.minimum).max(axis=1)
     assert extent.max() <= 2 * trs.Params().seed_spacing
 
 
-def test_what_does_not_go_together_is_refused() -> None:
-    with pytest.raises(ParameterError, match="mode 'supervoxels'"):
-        trs.Params(mode="supervoxels", level="objects")
+def test_supervoxels_are_not_counted_in_a_cut() -> None:
     with pytest.raises(ValueError, match="seed_spacing"):
         trs.segment(*sheet(), PATCHES).cut(regions=3)
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from topo_region_seg.beyond.tracking.tracker import HOLD, MEMORY, WAIT, Tracker
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.segmentation import Segmentation
 
 PARAMS = Params(track_regions=True, remove_floor=False, voxel_size=0.0)
 COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))

@@ -16,7 +16,8 @@ from places import TEST
 from topo_region_seg.cloud import messages
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
-from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 
 CODEC = "test_pointcloud2.py"

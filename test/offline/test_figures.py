@@ -14,11 +14,12 @@ import pytest
 from matplotlib.image import imread
 
 from topo_region_seg.cloud.label_colors import colors
-from topo_region_seg.data import Barcode, Cloud, Components, Features, RegionTable, Segmentation
+from topo_region_seg.data import Barcode, Cloud, Components, Features, RegionTable
 from topo_region_seg.offline.figures.barcode import plot_barcode
 from topo_region_seg.offline.figures.before_after import before_and_after, plot_before_after
 from topo_region_seg.offline.figures.projection import picture_of
 from topo_region_seg.params import Params
+from topo_region_seg.segmentation import Segmentation
 
 
 def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segmentation:

@@ -187,9 +187,9 @@ def test_crop_box_is_set_and_emptied_again(client: Client) -> None:
 
 def test_objects_are_asked_for_while_it_runs(client: Client) -> None:
     message = sheets_message()
-    assert client.set_parameters({"level": "objects"})[0].successful
+    assert client.set_parameters({"output": "objects"})[0].successful
     cloud = decode(message, max_points=10**6)
-    wanted = Pipeline(Params(level="objects")).run(cloud).labels
+    wanted = Pipeline(Params(output="objects")).run(cloud).labels
     np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
     assert wanted.max() == 2
 
@@ -208,8 +208,8 @@ def test_the_scale_is_left_to_the_barcode_while_it_runs(client: Client) -> None:
 
 def test_supervoxels_are_asked_for_while_it_runs(client: Client) -> None:
     message = sheets_message()
-    assert client.set_parameters({"mode": "supervoxels"})[0].successful
-    wanted = Pipeline(Params(mode="supervoxels")).run(decode(message, max_points=10**6)).labels
+    assert client.set_parameters({"output": "supervoxels"})[0].successful
+    wanted = Pipeline(Params(output="supervoxels")).run(decode(message, max_points=10**6)).labels
     np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
     assert wanted.max() > 2
 

@@ -38,7 +38,7 @@ def test_lab_rises_with_gray_and_is_neutral() -> None:
 
 
 def normals_of(xyz: Array, params: Params) -> Array:
-    return estimate_normals(xyz, position_tree(xyz), params)
+    return estimate_normals(xyz, position_tree(xyz), params.normal_radius, params.normal_min_neighbors)
 
 
 def brute_force_normals(xyz: Array, radius: float) -> Array:

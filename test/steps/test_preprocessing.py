@@ -53,7 +53,7 @@ def tabletop(seed: int, noise: float = 0.001) -> tuple[Array, int]:
 @pytest.mark.parametrize("seed", range(5))
 def test_the_table_goes_with_what_is_behind_it(seed: int) -> None:
     xyz, n_table = tabletop(seed)
-    plane = find_floor(xyz, Params())
+    plane = find_floor(xyz, 0.01, 0.3, 0)
     assert plane is not None
     true_normal = Rotation.from_euler("x", 130.0, degrees=True).apply([0.0, 0.0, 1.0])
     assert np.degrees(np.arccos(min(1.0, abs(true_normal @ plane.normal)))) < 0.1
@@ -63,25 +63,25 @@ def test_the_table_goes_with_what_is_behind_it(seed: int) -> None:
 
 def test_the_plane_does_not_depend_on_the_order_of_the_points() -> None:
     xyz, _ = tabletop(1)
-    plane = find_floor(xyz, Params())
-    shuffled = find_floor(xyz[np.random.default_rng(3).permutation(len(xyz))], Params())
+    plane = find_floor(xyz, 0.01, 0.3, 0)
+    shuffled = find_floor(xyz[np.random.default_rng(3).permutation(len(xyz))], 0.01, 0.3, 0)
     assert plane is not None
     assert shuffled is not None
     np.testing.assert_allclose([*plane.normal, plane.offset], [*shuffled.normal, shuffled.offset], atol=1e-9)
-    assert plane == find_floor(xyz, Params())
+    assert plane == find_floor(xyz, 0.01, 0.3, 0)
 
 
 def test_a_face_too_small_to_carry_objects_stays() -> None:
     rng = np.random.default_rng(0)
     face = np.column_stack([rng.uniform(0.0, 0.1, 5000), rng.uniform(0.0, 0.2, 5000), np.full(5000, 0.8)])
-    assert find_floor(face, Params()) is None
-    assert find_floor(face, Params(floor_min_extent=0.05)) is not None
+    assert find_floor(face, 0.01, 0.3, 0) is None
+    assert find_floor(face, 0.01, 0.05, 0) is not None
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 10])
 def test_few_or_coinciding_points_have_no_floor(n: int) -> None:
-    assert find_floor(np.ones((n, 3)), Params()) is None
-    assert find_floor(np.outer(np.arange(n), [1.0, 0.0, 0.0]) + 1.0, Params()) is None
+    assert find_floor(np.ones((n, 3)), 0.01, 0.3, 0) is None
+    assert find_floor(np.outer(np.arange(n), [1.0, 0.0, 0.0]) + 1.0, 0.01, 0.3, 0) is None
 
 
 def test_thinning_keeps_one_mean_per_voxel() -> None:

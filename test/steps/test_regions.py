@@ -11,6 +11,7 @@ from oracles import Points, random_points, same_partition
 from topo_region_seg.api import persistent_components
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.data import Components, Features
+from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.regions import describe_regions, number_regions
@@ -48,8 +49,9 @@ def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarra
 
 
 def settle(xyz: np.ndarray, features: Features, root: np.ndarray, weight: np.ndarray, params: Params) -> np.ndarray:
-    channels = homogeneity_channels(xyz, features.lab, features.normals, params)
-    return settle_small_regions(channels, position_tree(xyz), root, weight, criterion(params), params)
+    growth = growth_of_regions(params)
+    channels = homogeneity_channels(xyz, features.lab, features.normals, growth)
+    return settle_small_regions(channels, position_tree(xyz), root, weight, criterion(growth, growth.radius), params)
 
 
 def roots(points: Points, params: Params) -> np.ndarray:

@@ -150,7 +150,7 @@ def test_regions_by_their_number_where_small_ones_are_removed(seed: int, n: int,
     radii, counts = all_scales(seg)
     enough = np.flatnonzero(counts >= min(wanted, counts.max()))
     cut = seg.cut(regions=wanted)
-    assert cut.params.scale == radii[enough[-1]]
+    assert cut.scale == radii[enough[-1]]
     assert len(cut.regions) == counts[enough[-1]]
 
 
@@ -161,8 +161,8 @@ def test_regions_by_their_number_where_small_ones_are_merged(seed: int, n: int, 
     seg = trs.Pipeline(params).run(small_cloud(seed, n))
     radii, counts = all_scales(seg)
     cut = seg.cut(regions=wanted)
-    place = int(np.searchsorted(radii, cut.params.scale))
-    assert radii[place] == cut.params.scale
+    place = int(np.searchsorted(radii, cut.scale))
+    assert radii[place] == cut.scale
     assert len(cut.regions) == counts[place]
     if len(cut.regions) >= wanted:
         assert place == len(radii) - 1 or counts[place + 1] < wanted
@@ -193,7 +193,9 @@ def test_a_cut_can_be_cut_again_and_sent() -> None:
 @pytest.mark.parametrize("radius", [0.0, -0.01, 0.0201, float("nan"), float("inf")])
 def test_scales_out_of_range_are_refused(radius: float) -> None:
     seg = trs.Pipeline(trs.Params(remove_floor=False)).run(small_cloud(0, 50))
-    with pytest.raises(ValueError, match=rf"radius is {radius}, must be above 0 and at most max_radius, 0.02"):
+    with pytest.raises(
+        ValueError, match=rf"radius is {radius}, must be above 0 and at most the filtration's last scale, 0.02"
+    ):
         seg.cut(radius)
     if radius != 0.0:
         with pytest.raises(ValueError, match=r"must be between 0 and max_radius, 0\.02"):

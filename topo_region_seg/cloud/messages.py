@@ -13,7 +13,8 @@ import numpy.typing as npt
 from topo_region_seg.cloud.label_colors import colors
 from topo_region_seg.cloud.pointcloud2 import byte_buffer, cloud_message, encode
 from topo_region_seg.cloud.records import write_labeled_records
-from topo_region_seg.data import Cloud, Region, Segmentation
+from topo_region_seg.data import Cloud, Region
+from topo_region_seg.segmentation import Segmentation
 
 LABELED = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4"), ("label", "<u4")])
 """A record of `labeled_points`."""

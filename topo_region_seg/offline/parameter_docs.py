@@ -14,7 +14,8 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from topo_region_seg.params import Params, Row
+from topo_region_seg.parameter_table import Row
+from topo_region_seg.params import Params
 from topo_region_seg.ros.node_params import NodeParams
 
 HEAD = """\
@@ -67,7 +68,7 @@ def _range(row: Row) -> str:
         return f"{' or '.join(str(n) for n in spec.lengths)} numbers"
     if spec.low is None or spec.high is None:
         return ""
-    return ", or ".join([f"{_bound(spec.low)} to {_bound(spec.high)}", *(word for word, _ in spec.words)])
+    return ", or ".join([f"{_bound(spec.low)} to {_bound(spec.high)}", *spec.words])
 
 
 def _bound(value: float) -> str:

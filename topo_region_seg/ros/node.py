@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from topo_region_seg.params import ParameterError
+from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.ros.memory import keep_freed_memory
 from topo_region_seg.ros.transport import use_shared_memory_for_clouds
 

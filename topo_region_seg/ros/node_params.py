@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from topo_region_seg.params import ParameterTable, parameter
+from topo_region_seg.parameter_table import ParameterTable, parameter
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from topo_region_seg.params import ParameterError, ParameterTable, Row, checked
+from topo_region_seg.parameter_table import ParameterError, ParameterTable, Row, checked
 
 P = TypeVar("P", bound=ParameterTable)
 
@@ -40,7 +40,7 @@ def descriptor(row: Row) -> ParameterDescriptor:
 
 def _constraints(row: Row) -> str:
     if row.spec.words:
-        return f"a number, or one of: {', '.join(word for word, _ in row.spec.words)}"
+        return f"a number, or one of: {', '.join(row.spec.words)}"
     return f"one of: {', '.join(row.spec.choices)}" if row.spec.choices else ""
 
 

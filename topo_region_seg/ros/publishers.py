@@ -12,8 +12,9 @@ from std_msgs.msg import UInt32
 from visualization_msgs.msg import MarkerArray
 
 from topo_region_seg.cloud import messages
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.ros.types import ros_types
+from topo_region_seg.segmentation import Segmentation
 
 
 class Outputs:

@@ -10,7 +10,7 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from topo_region_seg.params import ParameterError
+from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.ros.diagnostics import diagnostics
 from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.statistics import Statistics

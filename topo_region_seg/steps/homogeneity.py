@@ -12,31 +12,32 @@ import numpy.typing as npt
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.predicate import CHANNELS, Criterion
 from topo_region_seg.data import FloatArray
-from topo_region_seg.params import Params
+from topo_region_seg.growth import Growth
 
 
 def homogeneity_channels(
-    xyz: npt.ArrayLike, lab: npt.ArrayLike | None, normals: npt.ArrayLike | None, params: Params
+    xyz: npt.ArrayLike, lab: npt.ArrayLike | None, normals: npt.ArrayLike | None, growth: Growth
 ) -> FloatArray:
     """Return position, color and unit normal in one array (N, 9); what the criterion does not use is zero."""
     xyz = _checked("xyz", xyz, None)
     channels = np.zeros((len(xyz), CHANNELS))
     channels[:, 0:3] = xyz
-    if params.uses_color:
+    if growth.uses_color:
         channels[:, 3:6] = _checked("lab", lab, len(xyz))
-    if params.uses_normals:
+    if growth.uses_normals:
         put_unit(_checked("normals", normals, len(xyz), finite=False), channels)
     return channels
 
 
-def criterion(params: Params) -> Criterion:
-    """Turn the thresholds into limits of squared differences (angles become chords of the unit sphere)."""
+def criterion(growth: Growth, radius: float) -> Criterion:
+    """Return limits of squared differences for edges up to `radius` (m); angles become chords of the unit sphere."""
+    (color_low, color_high), (angle_low, angle_high) = growth.color, growth.angle
     return Criterion(
-        reach=_square_within(params.reach),
-        color_low=_square_from(params.min_color_threshold),
-        color_high=_square_within(params.color_threshold),
-        chord_low=_square_chord(params.min_angle_threshold),
-        chord_high=_square_chord(params.angle_threshold) if params.angle_threshold < 180.0 else math.inf,
+        reach=_square_within(radius),
+        color_low=_square_from(color_low),
+        color_high=_square_within(color_high),
+        chord_low=_square_chord(angle_low),
+        chord_high=_square_chord(angle_high) if angle_high < 180.0 else math.inf,
     )
 
 

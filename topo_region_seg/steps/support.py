@@ -12,14 +12,13 @@ import numpy.typing as npt
 from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray, Plane
-from topo_region_seg.params import Params
 
 SAMPLE = 2_000  # about how many points hypotheses are drawn from and judged by
 HYPOTHESES = 300
 REFINEMENTS = 20  # least-squares fits; two or three usually settle the inliers
 
 
-def find_floor(xyz: FloatArray, params: Params) -> Plane | None:
+def find_floor(xyz: FloatArray, distance: float, min_extent: float, seed: int) -> Plane | None:
     """Find the dominant plane: RANSAC on a sample, then least squares on all inliers until they settle.
 
     The sample depends on the points alone, not on their order, so that a shuffled cloud gives the same plane.
@@ -28,33 +27,37 @@ def find_floor(xyz: FloatArray, params: Params) -> Plane | None:
     ----------
     xyz : (N, 3) float64
         Positions in the sensor frame, metres.
-    params : Params
-        Uses `floor_distance`, `floor_min_extent` and `floor_seed`.
+    distance : float
+        Largest distance of a point of the plane from it, metres.
+    min_extent : float
+        Shorter side, metres, that a plane needs to carry objects.
+    seed : int
+        Seed of the search.
 
     Returns
     -------
     Plane or None
         The plane, its normal towards the sensor; None if there is none, or if its shorter side is below
-        `floor_min_extent`, as then it carries no objects but is the face of one.
+        `min_extent`, as then it carries no objects but is the face of one.
     """
     if len(xyz) < 3:
         return None
     xyz = np.asfortranarray(xyz)  # column by column, so that the passes over it become vector code
-    sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, params.floor_seed)])
-    triples = np.random.default_rng(params.floor_seed).integers(0, len(sample), (HYPOTHESES, 3))
-    normal, offset, inliers = best_hypothesis(sample, triples, params.floor_distance)
+    sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, seed)])
+    triples = np.random.default_rng(seed).integers(0, len(sample), (HYPOTHESES, 3))
+    normal, offset, inliers = best_hypothesis(sample, triples, distance)
     if inliers < 3:
         return None
     count = -1
     for _ in range(REFINEMENTS):
-        moments = plane_moments(xyz, normal, offset, params.floor_distance)
+        moments = plane_moments(xyz, normal, offset, distance)
         if moments[0] < 3 or moments[0] == count:
             break
         count = moments[0]
         normal, offset = _least_squares(moments)
     if offset < 0.0:
         normal, offset = -normal, -offset
-    if _shorter_side(sample, normal, offset, params.floor_distance) < params.floor_min_extent:
+    if _shorter_side(sample, normal, offset, distance) < min_extent:
         return None
     return Plane(normal=(float(normal[0]), float(normal[1]), float(normal[2])), offset=float(offset))
 

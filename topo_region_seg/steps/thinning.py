@@ -99,6 +99,12 @@ def thin_for(params: Params, xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None)
     return thinned
 
 
+def unthinned(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None) -> Thinned:
+    """Return all points, each standing for itself."""
+    every = np.arange(len(xyz))
+    return Thinned(xyz, rgb, every, every, np.ones(len(xyz), np.int64), 0.0)
+
+
 def _thinned(
     xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel: IntArray, first: IntArray, edge: float
 ) -> Thinned:

@@ -92,8 +92,8 @@ def test_the_page_shows_what_the_run_holds(sim):
     ("changed", "kind"),
     [
         ({}, "regions"),
-        ({"mode": "supervoxels", "seed_spacing": 0.05}, "supervoxels"),
-        ({"level": "objects"}, "objects"),
+        ({"output": "supervoxels", "seed_spacing": 0.05}, "supervoxels"),
+        ({"output": "objects"}, "objects"),
         ({"track_regions": True}, "regions"),
         ({"max_radius": "auto"}, "regions"),
     ],

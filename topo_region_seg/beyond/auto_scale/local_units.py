@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from topo_region_seg.beyond.auto_scale.view import evened, grid_figures, growths, seen_from
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.params import REFERENCE_SPACING, Params
+from topo_region_seg.growth import REFERENCE_SPACING, Growth
 
 WIDEST = 60.0
 """Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
@@ -73,22 +73,22 @@ class LocalUnits:
             return xyz
         return xyz / self.everywhere if math.isinf(self.depth) else evened(xyz, self.axes, self.depth)
 
-    def normal_radius(self, xyz: FloatArray, params: Params) -> FloatArray:
+    def normal_radius(self, xyz: FloatArray, growth: Growth) -> FloatArray:
         """Return the radius of the neighborhood that gives each point (N, 3) its normal, (N,), metres.
 
         It grows as all lengths do, and as far as noise needs it.
         """
-        radius = params.normal_radius * self.growth(xyz)
-        return np.maximum(radius, np.minimum(self.noise_radius(xyz, params), WIDEN * radius))
+        radius = growth.normal_radius * self.growth(xyz)
+        return np.maximum(radius, np.minimum(self.noise_radius(xyz, growth), WIDEN * radius))
 
-    def noise_radius(self, xyz: FloatArray, params: Params) -> FloatArray:
-        """Return the radius from which on noise turns normals by less than half of `angle_threshold`, (N,), metres.
+    def noise_radius(self, xyz: FloatArray, growth: Growth) -> FloatArray:
+        """Return the radius from which on noise turns normals by less than half of the largest angle, (N,), metres.
 
         So two normals of the same plane agree. A plane through n points of noise s, in a disk of radius r, is turned by
         2 s / (r sqrt(n)), where n = pi (r / spacing)^2. Thinning leaves that as it is: means of k points are farther
         apart by the root of k, and less noisy by as much.
         """
-        allowed = math.radians(params.angle_threshold) / 2.0
+        allowed = math.radians(growth.angle[1]) / 2.0
         if self.noise == 0.0 or allowed == 0.0:
             return np.zeros(len(xyz))
         depth = self.depth * growths(xyz, self.axes[2], self.depth, 0.0)
@@ -96,9 +96,9 @@ class LocalUnits:
         radius: FloatArray = np.sqrt(2.0 / math.sqrt(math.pi) * self.noise * depth**2 * spacing / allowed)
         return radius
 
-    def floor_distance(self, params: Params) -> float:
+    def floor_distance(self, growth: Growth) -> float:
         """Return how near to the support plane points belong to it, metres: as far as noise takes them."""
-        return max(params.floor_distance * self.everywhere, CLEAR * self.noise * self.middle**2)
+        return max(growth.floor_distance * self.everywhere, CLEAR * self.noise * self.middle**2)
 
 
 def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> LocalUnits:

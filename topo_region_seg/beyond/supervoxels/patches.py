@@ -18,11 +18,11 @@ from topo_region_seg.beyond.supervoxels.near_edges import near_edges
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.partition import count_off
+from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.compiled.voxels import number_voxels, voxel_means
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray, IntArray
 from topo_region_seg.params import Params
-from topo_region_seg.steps.homogeneity import criterion
 
 NEAREST = 12  # neighbors along which a patch grows
 TURN = 30.0  # degrees that count as much as one seed spacing, or a difference of color at the threshold
@@ -32,8 +32,10 @@ SMALLEST = 1.0 / 16.0
 NONE = -1
 
 
-def supervoxels(channels: FloatArray, tree: Tree, root: IntArray, weight: IntArray, params: Params) -> IntArray:
-    """Divide the components at `params.scale` into patches.
+def supervoxels(
+    channels: FloatArray, tree: Tree, root: IntArray, weight: IntArray, limits: Criterion, params: Params
+) -> IntArray:
+    """Divide the components at a scale into patches.
 
     Every point lies within `seed_spacing` of its patch's seed, a point of the patch. Patches that stand for fewer input
     points than `min_region_size`, and than SMALLEST of those in their seed's cell, are left over: with
@@ -50,8 +52,10 @@ def supervoxels(channels: FloatArray, tree: Tree, root: IntArray, weight: IntArr
         Smallest point id of each point's component at the scale.
     weight : (N,) int64
         Number of input points that each point stands for.
+    limits : Criterion
+        The criterion, with edges up to the scale.
     params : Params
-        Uses `seed_spacing`, `max_radius`, `radius`, `min_region_size`, `small_regions` and the criterion.
+        Uses `seed_spacing`, `color_threshold`, `min_region_size` and `small_regions`.
 
     Returns
     -------
@@ -63,7 +67,7 @@ def supervoxels(channels: FloatArray, tree: Tree, root: IntArray, weight: IntArr
     order = _own_order(channels)
     xyz, counts = np.ascontiguousarray(channels[order, :3]), weight[order]
     seeds, fewest = _seeds(xyz, root[order], counts, params)
-    patches = _ungrown(channels, tree, order, params)
+    patches = _ungrown(channels, tree, order, limits, params)
     bound, everything, no_seeds = params.seed_spacing, np.arange(len(order), dtype=np.int32), np.empty(0, np.int32)
     grow_patches(patches, everything, seeds, True, True, bound, UNIT)
     size = np.bincount(patches.patch, counts, len(order))
@@ -119,14 +123,13 @@ def _seeds(xyz: FloatArray, root: IntArray, weight: IntArray, params: Params) ->
     return np.sort(seeds[enough]).astype(np.int32), fewest
 
 
-def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, params: Params) -> Patches:
+def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, limits: Criterion, params: Params) -> Patches:
     """Return the points (N, 9), in another order, with their edges and without patches."""
     n = len(order)
     blocks = leaf_blocks(tree, channels[:, :3])
     rank = np.empty(n, np.int32)
     rank[order] = np.arange(n, dtype=np.int32)
     channels = channels[order]
-    limits = criterion(params.replace(max_radius=params.scale, radius=0.0))
     near, alike = np.empty((n, NEAREST), np.int32), np.empty((n, NEAREST), np.bool_)
     tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
     side_by_side(near_edges, tasks)

@@ -15,7 +15,8 @@ from scipy.spatial import cKDTree
 from topo_region_seg.beyond.tracking.merges import joined_regions, parted
 from topo_region_seg.beyond.tracking.steady_borders import centers, settled_labels, with_steady_borders
 from topo_region_seg.clock import Clock
-from topo_region_seg.data import Cloud, FloatArray, IntArray, LabelArray, Segmentation
+from topo_region_seg.data import Cloud, FloatArray, IntArray, LabelArray
+from topo_region_seg.segmentation import Segmentation
 
 MEMORY = 10
 """Frames for which a region that is not seen may still get its label back."""
@@ -141,7 +142,7 @@ class Tracker:
         now, before = seg.barcode.label.astype(np.int64), seen.labels[seg.index].astype(np.int64)
         # Where a thing has gone, what is seen behind it has not joined it.
         way = cloud.xyz[seg.index] - seen.cloud_xyz[seg.index]
-        before[~((way * way).sum(axis=1) <= seg.params.scale**2)] = 0
+        before[~((way * way).sum(axis=1) <= seg.scale**2)] = 0
         held = self._held(joined_regions(now, before))
         region = parted(seg.barcode.xyz, now, before, held) if held else now - 1
         label = settled_labels(
@@ -156,7 +157,7 @@ class Tracker:
         off = both[(found > 0) & (found != seen.labels[both])]
         self._waited[off] = np.minimum(seen.waited[off], 254) + 1
         steady = with_steady_borders(region, before, label, self._waited[seg.index] < self._wait)
-        return seg.scales.divided(seg, steady) if held or not np.array_equal(steady, region) else seg
+        return seg.divided(steady) if held or not np.array_equal(steady, region) else seg
 
     def _held(self, joined: dict[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
         """Return those of the joined regions, and of their parts, that are still held apart."""
@@ -216,7 +217,7 @@ class Tracker:
             now = seg.barcode.label[::every]
             old = np.zeros(len(now), np.uint32)
             if len(seen.xyz) and len(now):
-                reach = max(2.0 * seg.params.voxel_size, seg.params.max_radius)
+                reach = max(2.0 * seg.params.voxel_size, seg.components.max_radius)
                 _, place = cKDTree(seen.xyz).query(seg.barcode.xyz[::every], distance_upper_bound=reach)
                 old = np.append(seen.point_labels, np.uint32(0))[place]
         row = np.zeros(int(np.max(seg.regions.label)) + 1, np.int32)

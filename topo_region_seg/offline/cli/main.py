@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import topo_region_seg
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
-from topo_region_seg.params import ParameterError
+from topo_region_seg.parameter_table import ParameterError
 
 COMMANDS = {
     "inspect": "look at a recording: topics, layouts, spacing and noise, and the parameters that suit it",

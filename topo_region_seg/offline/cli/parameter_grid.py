@@ -11,7 +11,8 @@ from typing import Any
 
 from topo_region_seg.offline.cli.parameters import read_parameter_file, read_value, split_assignment
 from topo_region_seg.offline.cli.status import ToolError
-from topo_region_seg.params import ParameterError, Params, Row
+from topo_region_seg.parameter_table import ParameterError, Row
+from topo_region_seg.params import Params
 
 SET_MANY = (
     "values to try of one parameter, with commas between them (semicolons where a value is a list itself); "

@@ -12,7 +12,8 @@ from typing import Any
 import yaml
 
 from topo_region_seg.offline.cli.status import ToolError
-from topo_region_seg.params import ParameterError, Params, Row
+from topo_region_seg.parameter_table import ParameterError, Row
+from topo_region_seg.params import Params
 from topo_region_seg.ros.node_params import NodeParams
 
 _FOREIGN = {row.name for row in NodeParams.table()} | {"use_sim_time", "qos_overrides"}

@@ -9,13 +9,14 @@ from types import TracebackType
 from typing import Any
 
 from topo_region_seg.cloud import messages
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cdr
 from topo_region_seg.offline.bags.records import Record
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.bags.writer import BagWriter
 from topo_region_seg.offline.cli.status import ToolError
 from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
+from topo_region_seg.segmentation import Segmentation
 
 ALWAYS = {"/labeled_points": POINT_CLOUD, "/region_count": "std_msgs/msg/UInt32"}
 ON_REQUEST = {

@@ -16,7 +16,7 @@ from typing import Any
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.cli.console import Steps, note
@@ -25,6 +25,7 @@ from topo_region_seg.offline.cli.overlap import finish_behind, read_ahead
 from topo_region_seg.offline.cli.replay_output import ReplayOutput
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import MissingColorError, Pipeline
+from topo_region_seg.segmentation import Segmentation
 
 SHOWN_REJECTIONS = 10
 READ_AHEAD = 2

@@ -13,8 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from topo_region_seg.cloud.label_colors import colors
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.offline.runs.comparison import FrameChange
+from topo_region_seg.segmentation import Segmentation
 
 
 def stage_line(points: int, seg: Segmentation) -> str:

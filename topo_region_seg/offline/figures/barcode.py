@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from topo_region_seg.data import FloatArray, IntArray, Segmentation
+from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.segmentation import Segmentation
 
 _LINES = {"die": 90, "small": 24, "region": 100}  # most bars drawn of each kind
 _WIDTH, _HEIGHT = 8.0, 6.0  # inches

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-from topo_region_seg.data import Cloud, Segmentation
+from topo_region_seg.data import Cloud
 from topo_region_seg.offline.figures.projection import picture_of, valid_points
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
+from topo_region_seg.segmentation import Segmentation
 
 _PANEL = (6.4, 6.4)  # largest width and height of each of the two, inches
 _HEAD = 0.38  # inches for the titles

@@ -58,7 +58,9 @@ def things(cloud: Cloud, params: Params) -> Things:
     rows = crop(cloud.xyz, params)
     xyz = cloud.xyz[rows].astype(np.float64)
     cropped = len(xyz)
-    plane = find_floor(xyz, params) if params.remove_floor else None
+    plane = None
+    if params.remove_floor:
+        plane = find_floor(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
     if plane is not None:
         kept = above(xyz, plane, params.floor_distance)
         rows, xyz = rows[kept], np.ascontiguousarray(xyz[kept])
@@ -92,6 +94,6 @@ def differences(found: Things, params: Params) -> tuple[FloatArray, FloatArray]:
     color = none
     if rgb is not None:
         color = np.linalg.norm(srgb_to_lab(rgb[first]) - srgb_to_lab(rgb[second]), axis=1)
-    normals = estimate_normals(xyz, position_tree(xyz), params)
+    normals = estimate_normals(xyz, position_tree(xyz), params.normal_radius, params.normal_min_neighbors)
     cosine = np.einsum("ij,ij->i", normals[first], normals[second])
     return color, np.degrees(np.arccos(np.clip(cosine[np.isfinite(cosine)], -1.0, 1.0)))

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from topo_region_seg.data import Cloud, FloatArray
+from topo_region_seg.growth import FEWEST_SPACINGS, growth_of_regions
 from topo_region_seg.offline.inspection.neighbors import Things, differences, things
 from topo_region_seg.offline.inspection.points import PointFigures, known_median
-from topo_region_seg.params import FEWEST_SPACINGS, Params
+from topo_region_seg.params import Params
 
 PREFERRED = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 """Digits of a suggested length: no more are known of it."""
@@ -183,14 +184,15 @@ class _Known:
     def far_end(self, growth: FloatArray, distance: FloatArray) -> None:
         """Cut off the range where points lie too far apart; `growth` is their spacing per metre of distance."""
         per_metre = known_median(growth)
-        reach = self.params.max_radius / (SPARSE * per_metre)
+        max_radius = growth_of_regions(self.params).max_radius
+        reach = max_radius / (SPARSE * per_metre)
         reach = math.floor(20 * reach) / 20
         if self.params.min_range + 0.1 <= reach < self.params.max_range:
             share = 100 * float((distance > reach).mean())
             self._set(
                 "max_range",
                 reach,
-                f"farther points ({share:.0f} %) lie more than {1e3 * self.params.max_radius / SPARSE:.2g} mm apart, "
+                f"farther points ({share:.0f} %) lie more than {1e3 * max_radius / SPARSE:.2g} mm apart, "
                 f"half of max_radius",
             )
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from topo_region_seg.data import IntArray, LabelArray
+from topo_region_seg.growth import growth_of_output
 from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, Measures
 from topo_region_seg.offline.evaluation.truth import RecordedTruth
 from topo_region_seg.offline.figures.projection import picture_of
@@ -96,7 +97,7 @@ def gather(
                 content.points = packed_points(given.cloud, own, given.labels, alike, most_points)
         step(f"frame {given.index}")
     for index, bars in barcodes.items():
-        frames[index].bars = summarized(bars, run.params.reach)
+        frames[index].bars = summarized(bars, growth_of_output(run.params).max_radius)
     return frames
 
 

@@ -78,11 +78,6 @@ class FrameView:
     pictures: Sequence[Picture]
 
 
-def kind(params: Params) -> str:
-    """Return what the labels of a run are of."""
-    return "supervoxels" if params.mode == "supervoxels" else params.level
-
-
 def lead(record: RunRecord, params: Params) -> str:
     """Return the first sentences."""
     count, failed = len(record.frames), len(record.rejected)
@@ -91,7 +86,9 @@ def lead(record: RunRecord, params: Params) -> str:
     own = params.as_dict()
     changed = [f"{name} = {_plain(own[name])}" for name, value in Params().as_dict().items() if own[name] != value]
     made = f"Parameters other than the defaults: {', '.join(changed)}" if changed else "All parameters are the defaults"
-    return f"{count} cloud{'' if count == 1 else 's'} segmented {of}; {rejected}. Labels are of {kind(params)}. {made}."
+    return (
+        f"{count} cloud{'' if count == 1 else 's'} segmented {of}; {rejected}. Labels are of {params.output}. {made}."
+    )
 
 
 def notices(run: Run, truth: str | None) -> list[str]:
@@ -117,7 +114,7 @@ def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> 
         total = [frame.record.ms.get("total", 0.0) for frame in frames]
         points = int(np.median([frame.record.points for frame in frames]))
         spread = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else f"{counts[0]}"
-        shown.append((f"{kind(params).capitalize()} a frame", spread, f"median {np.median(counts):g}"))
+        shown.append((f"{params.output.capitalize()} a frame", spread, f"median {np.median(counts):g}"))
         shown.append(("Points a frame", f"{points:,}", "median, invalid ones included"))
         shown.append(("Time a frame", f"{np.median(total):.0f} ms", f"median; p95 {np.percentile(total, 95):.0f} ms"))
     notes = {"wov": "1 is best", "fos": "0 is best", "fus": "0 is best"}
@@ -133,16 +130,16 @@ def chart_titles(names: Collection[str], params: Params) -> list[ChartTitle]:
     """Return the headings of the charts."""
     titles = {name: CHARTS[name] for name in names}
     return [
-        ChartTitle(name, kind(params).capitalize() if name == "regions" else title, what)
+        ChartTitle(name, params.output.capitalize() if name == "regions" else title, what)
         for name, (title, what) in titles.items()
     ]
 
 
 def frame_view(frame: FrameContent, params: Params) -> FrameView:
     """Return what is said of one frame, with its pictures."""
-    captions = {**CAPTIONS, "regions": kind(params).capitalize()}
+    captions = {**CAPTIONS, "regions": params.output.capitalize()}
     record = frame.record
-    facts = [f"{record.points:,} points", f"{record.regions} {kind(params)}", f"{record.ms.get('total', 0.0):.0f} ms"]
+    facts = [f"{record.points:,} points", f"{record.regions} {params.output}", f"{record.ms.get('total', 0.0):.0f} ms"]
     if frame.quality and frame.quality["wov"] is not None:
         facts.append(f"WOv {frame.quality['wov']:.3f}, Fos {frame.quality['fos']:.3f}, Fus {frame.quality['fus']:.3f}")
     facts.append(f"frame id {frame.frame_id!r}")
@@ -159,7 +156,7 @@ def frame_view(frame: FrameContent, params: Params) -> FrameView:
 def colorings(chosen: Sequence[FrameContent], params: Params) -> dict[str, str]:
     """Return the ways to color the points in 3D, by the name that the scripts know."""
     known = {"label", "rgb", *(["truth"] if any("truth" in (frame.points or {}) for frame in chosen) else [])}
-    return {mode: name for mode, name in {**MODES, "label": kind(params).capitalize()}.items() if mode in known}
+    return {mode: name for mode, name in {**MODES, "label": params.output.capitalize()}.items() if mode in known}
 
 
 def numbers(frames: Sequence[FrameContent]) -> list[Table]:

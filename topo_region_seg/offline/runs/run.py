@@ -20,7 +20,8 @@ from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.runs.record import RECORD_NAME, FrameRecord, RunRecord
-from topo_region_seg.params import ParameterError, Params
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
 
 LABELED_POINTS = "/labeled_points"
 

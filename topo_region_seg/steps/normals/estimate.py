@@ -10,17 +10,16 @@ from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import FloatArray
-from topo_region_seg.params import Params
 from topo_region_seg.steps.normals.neighborhoods import nearest_normals, radius_normals
 
 WIDEN = 3.0  # where points are sparse, a neighborhood grows to at most this many radii
 
 
-def estimate_normals(xyz: FloatArray, tree: Tree, params: Params, radius: FloatArray | None = None) -> FloatArray:
+def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, min_neighbors: int) -> FloatArray:
     """Return the unit normals of the points, turned towards the sensor at the origin.
 
-    The neighborhood is everything within `normal_radius`. A point with fewer than `normal_min_neighbors`
-    there takes as many nearest points within three radii.
+    The neighborhood is everything within the radius. A point with fewer than `min_neighbors` there takes as many
+    nearest points within three radii.
 
     Parameters
     ----------
@@ -28,10 +27,10 @@ def estimate_normals(xyz: FloatArray, tree: Tree, params: Params, radius: FloatA
         Positions in the sensor frame, metres.
     tree : Tree
         Tree over `xyz`.
-    params : Params
-        Uses `normal_radius` and `normal_min_neighbors`.
-    radius : (N,) float64, optional
-        Radius of each point's own neighborhood, metres, in place of `normal_radius`.
+    radius : float or (N,) float64
+        Radius of the neighborhoods, or of each point's own, metres.
+    min_neighbors : int
+        Neighbors that are enough, the point itself included.
 
     Returns
     -------
@@ -40,15 +39,13 @@ def estimate_normals(xyz: FloatArray, tree: Tree, params: Params, radius: FloatA
     """
     normals = np.full((len(xyz), 3), np.nan)
     counts = np.zeros(len(xyz), np.int64)
-    enough = params.normal_min_neighbors
-    if radius is None:
-        radius = np.full(len(xyz), params.normal_radius)
+    reach = np.ascontiguousarray(np.broadcast_to(np.float64(radius), len(xyz)))
     blocks = leaf_blocks(tree, xyz)
     side_by_side(
         radius_normals,
-        [(tree, blocks, radius, enough, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
+        [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
     )
-    sparse = np.flatnonzero(counts < enough)
+    sparse = np.flatnonzero(counts < min_neighbors)
     if len(sparse):
-        nearest_normals(tree, xyz, sparse, enough, WIDEN * radius, normals)
+        nearest_normals(tree, xyz, sparse, min_neighbors, WIDEN * reach, normals)
     return normals

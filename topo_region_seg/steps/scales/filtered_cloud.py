@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A cloud after its filtration: all that the regions of any scale are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, Plane
+from topo_region_seg.growth import Growth
+
+
+@dataclass(frozen=True)
+class FilteredCloud:
+    """The preprocessed points, their features and their merge tree.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        The preprocessed points, metres.
+    weight, index : (N,) int64
+        How many input points each of them stands for, and the row of the first.
+    rows : (K,) int64
+        The input rows that are not cropped.
+    stand_in : (K,) int64 or None
+        The preprocessed point of each of these; None if they are the same.
+    given : int
+        Number of input points.
+    channels : (N, 9) float64
+        Positions, colors and normals as the criterion compares them. Positions are metres, unless `max_radius` is
+        auto: then they are coordinates in which the spacing of points is the same everywhere.
+    tree : Tree
+        Tree over the positions in `channels`.
+    components : Components
+        The whole filtration, up to its last scale.
+    features : Features
+        Features of the preprocessed points.
+    plane : Plane or None
+        The removed support plane.
+    growth : Growth
+        How the regions grow.
+    """
+
+    xyz: FloatArray
+    weight: IntArray
+    index: IntArray
+    rows: IntArray
+    stand_in: IntArray | None
+    given: int
+    channels: FloatArray
+    tree: Tree
+    components: Components
+    features: Features
+    plane: Plane | None
+    growth: Growth
+
+
+def labels_of_input(filtered: FilteredCloud, labels: LabelArray) -> LabelArray:
+    """Return the labels of all input points from those of the preprocessed ones (N,); 0 where a point was cropped."""
+    full = np.zeros(filtered.given, np.uint32)
+    full[filtered.rows] = labels if filtered.stand_in is None else labels[filtered.stand_in]
+    return full
+
+
+def components_at(filtered: FilteredCloud, radius: float) -> Components:
+    """Return the components at a scale, metres."""
+    whole = filtered.components
+    return whole if radius == whole.max_radius else whole.cut(radius)
