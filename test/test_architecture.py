@@ -76,6 +76,7 @@ EXTERNAL_ROOMS = {
     "lz4": {"offline.bags"},
     "zstandard": {"offline.bags"},
     "pypcd4": {"cloud"},
+    "lzf": {"cloud"},
     "imgviz": {"offline.demo", "offline.simulation"},
     "PIL": {"offline.report"},
     "jinja2": {"offline.report"},
@@ -83,7 +84,19 @@ EXTERNAL_ROOMS = {
     "distributed": {"offline.evaluation"},
     "dask": {"offline.evaluation"},
 }
-NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "yaml", "imgviz", "jinja2"}
+NOT_ON_A_ROBOT = {
+    "rosbags",
+    "mcap",
+    "lz4",
+    "zstandard",
+    "matplotlib",
+    "rich",
+    "pypcd4",
+    "lzf",
+    "yaml",
+    "imgviz",
+    "jinja2",
+}
 
 
 def module_name(path: Path) -> str:

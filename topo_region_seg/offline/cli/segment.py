@@ -10,6 +10,7 @@ from pathlib import Path
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.parameters import add_parameter_arguments, params_from
 from topo_region_seg.offline.cli.status import ToolError
+from topo_region_seg.params import THINNABLE
 
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -34,6 +35,9 @@ def run(args: argparse.Namespace) -> int:
     from topo_region_seg.offline.cli.tables import region_table, stage_line
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
 
+    def say(code: str, text: str) -> None:
+        note(f"note: {text} ({code})")
+
     params = params_from(args)
     if args.cloud.suffix in (".mcap", ".bag", ".db3") or args.cloud.is_dir():
         raise ToolError(f"{args.cloud}: is no cloud file; for a recording use: topo_region_seg replay {args.cloud}")
@@ -42,11 +46,16 @@ def run(args: argparse.Namespace) -> int:
     for picture in (args.barcode, args.picture):
         if picture:
             check_writable(picture, PICTURES)
-    cloud = read_cloud(args.cloud, max_points=params.point_limit)
+    advice = "raise it with --set max_points" + (
+        f"; over_max_points=thin takes up to {THINNABLE} times as many"
+        if params.over_max_points == "thin"
+        else ", or --set over_max_points=thin"
+    )
+    cloud = read_cloud(args.cloud, max_points=params.point_limit, warn=say, advice=advice)
     with waiting("loading the kernels; the first time they are compiled"):
         warm_up()
     try:
-        seg = Pipeline(params).run(cloud, lambda code, text: note(f"note: {text} ({code})"))
+        seg = Pipeline(params).run(cloud, say)
     except MissingColorError as error:
         raise ToolError(f"{args.cloud}: {error}") from None
     if len(seg.regions):
