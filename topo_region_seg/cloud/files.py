@@ -67,7 +67,7 @@ def read_cloud(
 
     try:
         columns, height, width, pose, is_text, oddities = read(path, check_points)
-    except (CloudFileError, ImportError):
+    except CloudFileError:
         raise
     except FileNotFoundError:
         raise CloudFileError(f"{path}: no such file; check the name") from None
