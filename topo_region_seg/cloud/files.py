@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from topo_region_seg.cloud.color_channels import to_8_bit, unpacked
+from topo_region_seg.cloud.file_colors import read_colors
 from topo_region_seg.cloud.layout import COORDINATES, Warn
 from topo_region_seg.cloud.pcd import read_pcd
 from topo_region_seg.cloud.ply import read_vertices, write_vertices
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SUFFIXES = (".pcd", ".ply")
-CHANNELS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
-"""Names that writers give to the colors where they are not packed."""
-Columns = dict[str, npt.NDArray[Any]]
 
 
 class CloudFileError(Exception):
@@ -92,7 +88,7 @@ def read_cloud(
     # Doubles, and whole numbers that float32 cannot hold, stay exact.
     xyz = np.column_stack([columns[name] for name in COORDINATES])
     xyz = np.ascontiguousarray(xyz.astype(np.result_type(xyz.dtype, np.float32)))
-    rgb = _color(columns, np.isfinite(xyz).all(axis=1), is_text, warn)
+    rgb = read_colors(columns, np.isfinite(xyz).all(axis=1), is_text, warn)
     return Cloud(xyz, rgb, height, width, pose)
 
 
@@ -165,32 +161,6 @@ def _read_ply(path: Path, check_points: Callable[[int], None]) -> tuple[Any, ...
 
 def _ignore(code: str, text: str) -> None:
     """Do nothing with a warning."""
-
-
-def _color(columns: Columns, valid: npt.NDArray[np.bool_], is_text: bool, warn: Warn) -> npt.NDArray[np.uint8] | None:
-    """Return the colors of a file; None where there are none, or none that can be told."""
-    for name in ("rgb", "rgba"):
-        packed = columns.get(name)
-        if packed is None:
-            continue
-        if is_text and packed.dtype.kind == "f" and (lost := int(np.isnan(packed[valid].reshape(-1)).sum())):
-            text = f"{lost} packed colors stand as 'nan' in the file, which has lost them; no color is used"
-            warn("unreadable_color", f"{text}: write the file in binary, or '{name}' as TYPE U")
-            return None
-        if packed.ndim == 2 and packed.shape[1] >= 3 and packed.dtype == np.uint8:
-            return np.ascontiguousarray(packed[:, :3])
-        rgb = unpacked(packed)
-        if rgb is not None:
-            return rgb
-        warn("unreadable_color", f"'{name}' is of type {packed.dtype}, not of 4 bytes; no color is used")
-    for names in CHANNELS:
-        if all(name in columns and columns[name].ndim == 1 for name in names):
-            rgb = to_8_bit(np.column_stack([columns[name] for name in names]), valid)
-            if rgb is None:
-                spread = ", ".join(names)
-                warn("unreadable_color", f"{spread} are no colors (0 to 1, 255 or 65535); no color is used")
-            return rgb
-    return None
 
 
 def _coordinate_type(cloud: Cloud) -> type[np.floating[Any]]:
