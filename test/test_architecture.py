@@ -76,12 +76,26 @@ EXTERNAL_ROOMS = {
     "lz4": {"offline.bags"},
     "zstandard": {"offline.bags"},
     "pypcd4": {"cloud"},
+    "lzf": {"cloud"},
     "imgviz": {"offline.demo", "offline.simulation"},
     "PIL": {"offline.report"},
+    "jinja2": {"offline.report"},
+    "markupsafe": {"offline.report"},
     "distributed": {"offline.evaluation"},
     "dask": {"offline.evaluation"},
 }
-NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "imgviz"}
+NOT_ON_A_ROBOT = {
+    "rosbags",
+    "mcap",
+    "lz4",
+    "zstandard",
+    "matplotlib",
+    "rich",
+    "pypcd4",
+    "lzf",
+    "imgviz",
+    "jinja2",
+}
 
 
 def module_name(path: Path) -> str:
