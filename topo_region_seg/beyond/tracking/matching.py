@@ -22,10 +22,10 @@ SIZE_REACH = 1.0
 """Largest difference of sizes of such a region, in doublings."""
 CANDIDATES = 8
 """Regions in memory, nearest in place, color and size, that a region may go on with if it does not overlap them."""
+HIGHEST_COST = 3.0
+"""Cost of a pair without any score: above the highest score, 2, as a cost of 0 means that there is no such pair."""
 LEAST_OVERLAP = 0.1
 """Least intersection over union that is taken for a region's own."""
-LIKENESS_WEIGHT = 0.2
-"""What likeness (0 to 1) counts beside intersection over union (0 to 1)."""
 
 
 def matched(
@@ -33,7 +33,8 @@ def matched(
 ) -> IntArray:
     """Return for each region of a frame (R,) the row of `tracks` that it goes on with, or -1.
 
-    Of all ways to pair regions the one with the largest sum of intersections over union and weighted likenesses.
+    Of all ways to pair regions it is the one with the largest sum of intersections over union (0 to 1) and likenesses
+    (0 to 1) in place, color and size.
 
     Parameters
     ----------
@@ -52,14 +53,14 @@ def matched(
     near, near_other = _alike(here, there)
     pairs, place = np.unique(np.append(one, near) * len(tracks) + np.append(other, near_other), return_inverse=True)
     rows, columns = pairs // len(tracks), pairs % len(tracks)
-    score = LIKENESS_WEIGHT * np.maximum(0.0, 1.0 - np.linalg.norm(here[rows] - there[columns], axis=1))
+    score = np.maximum(0.0, 1.0 - np.linalg.norm(here[rows] - there[columns], axis=1))
     score[place[: len(overlap)]] += overlap
     # With a column of its own, which costs as much as a pair without any score, each row can be left alone.
-    every = np.arange(len(table))
+    alone = np.arange(len(table))
     cost = coo_array(
         (
-            np.append(1.0 + np.max(score, initial=0.0) - score, np.full(len(table), 1.0 + np.max(score, initial=0.0))),
-            (np.append(rows, every), np.append(columns, len(tracks) + every)),
+            HIGHEST_COST - np.append(score, np.zeros(len(table))),
+            (np.append(rows, alone), np.append(columns, len(tracks) + alone)),
         ),
         (len(table), len(tracks) + len(table)),
     )

@@ -51,8 +51,8 @@ class Tracks:
         return len(self.label)
 
     def expected_centers(self) -> FloatArray:
-        """Return where the regions should be now, (T, 3), if they have gone on moving as they did last."""
-        return self.center + self.step * (self.lost[:, None] + 1)
+        """Return where to look for the regions, (T, 3): those in sight a step farther, lost ones where they were."""
+        return self.center + np.where(self.lost[:, None] > 0, 0.0, self.step)
 
     def rows(self, chosen: BoolArray | IntArray) -> Tracks:
         """Return some of the regions."""
