@@ -22,7 +22,7 @@ export ROS_PYTHON_CHECK_FIELDS := 1
 export PYTHONUNBUFFERED := 1
 in_venv = env AMENT_PREFIX_PATH=$(1) PATH="$(1)/bin:$$PATH"
 
-.PHONY: help demo test test-ubuntu fuzz nightly soak lint types format docs bench bench-quick beyond pictures clean
+.PHONY: help demo test test-ubuntu fuzz nightly soak lint types format docs site linkcheck bench bench-quick beyond pictures clean
 
 help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -36,7 +36,8 @@ test: lint ## Lint, types and the whole test suite, with a colcon build.
 # Against an installed copy, not these sources: that tries the wheel too, and keeps its compiled kernels apart from .venv's.
 # Left out is what no version of numpy, scipy or numba changes, and what brings its own environment.
 ELSEWHERE := test_architecture test_colcon test_killed ros/test_launch offline/report/test_report_browser test_security \
-  ros/test_player ros/test_ros_lifecycle offline/evaluation/test_cluster test_benchmarks test_beyond test_soak offline/test_demo
+  ros/test_player ros/test_ros_lifecycle offline/evaluation/test_cluster test_benchmarks test_beyond test_soak offline/test_demo \
+  test_documents
 test-ubuntu: .venv-ubuntu/ready-package ## The tests, with the numpy, scipy and numba of Ubuntu 24.04.
 	@$(STEP) "tests with what Ubuntu 24.04 ships" $(call in_venv,$(UBUNTU)) PYTHONSAFEPATH=1 $(UBUNTU)/bin/python -m pytest -p no:cacheprovider $(ELSEWHERE:%=--ignore=test/%.py)
 
@@ -56,8 +57,14 @@ lint: .venv/ready-test ## ruff, mypy and the ament linters.
 format: .venv/ready-test ## Lay out the source.
 	@$(VENV)/bin/ruff check --fix-only --quiet . ; $(VENV)/bin/ruff format .
 
-docs: .venv/ready-demo ## Write the generated parts of README.md and config/.
-	@$(STEP) "generated parts of README.md" $(VENV)/bin/python scripts/write_readme.py
+docs: .venv/ready-demo ## Write the generated parts of docs/ and config/.
+	@$(STEP) "generated parts of the documents" $(VENV)/bin/python scripts/write_documents.py
+
+site: .venv/ready-docs ## Build the documentation as a site in build/site; warnings are errors.
+	@$(STEP) "site in build/site/index.html" $(VENV)/bin/python -m sphinx -W --keep-going -n -q -d build/site-cache docs build/site
+
+linkcheck: .venv/ready-docs ## Try the links that lead out of the documentation; needs a network.
+	@$(STEP) "external links" $(VENV)/bin/python -m sphinx -q -b linkcheck -d build/site-cache docs build/linkcheck
 
 bench: .venv/ready-bench ## Measure everything, beside other programs; writes docs/benchmarks.md.
 	@$(STEP) "benchmarks" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks --publish
@@ -91,6 +98,11 @@ clean: ## Remove the environments and everything made.
 .venv/ready-test: .venv/ready-demo
 	@$(STEP) "installing the test tools into .venv (once)" \
 	  $(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[ros,demo,test,lint]'
+	@touch $@
+
+.venv/ready-docs: .venv/ready-demo
+	@$(STEP) "installing Sphinx into .venv (once)" \
+	  $(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[ros,demo,docs]'
 	@touch $@
 
 .venv/ready-bench: .venv/ready-demo

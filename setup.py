@@ -26,6 +26,7 @@ setup(
     author="topo_region_seg contributors",
     maintainer=manifest.findtext("maintainer"),
     maintainer_email=manifest.find("maintainer").get("email"),
+    url=manifest.findtext("url"),
     license="Apache-2.0",
     license_files=["LICENSE"],
     python_requires=">=3.10",
@@ -78,6 +79,7 @@ setup(
             "plyfile>=1.0",  # an independent reader for the tests
             "colcon-common-extensions>=0.3",
         ],
+        "docs": ["sphinx>=8.1", "myst-parser>=4.0", "furo>=2024.8.6"],
         # PCL, the peer in C++, comes from the system: libpcl-dev.
         "bench": [
             "ripser>=0.6.10",

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/dependencies.md: what setup.py declares, with the license that each installed package states.
+"""Write the table of docs/dependencies.md: what setup.py declares, with the licenses that the packages state.
 
-``python scripts/write_dependencies.py``, in an environment that has them all.
+``python scripts/write_dependencies.py``, in an environment that has them all. ``--list tools test`` prints for pip what
+setup.py declares for the tools and in the extra `test`, one requirement a line.
 """
 
 from __future__ import annotations
@@ -15,23 +16,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "dependencies.md"
-HEAD = """\
-# Dependencies and their licenses
-
-`python scripts/write_dependencies.py` wrote this from `setup.py` and from what the installed packages
-say of themselves.
-
-On a robot only numpy, scipy, numba and the ROS packages of `package.xml` are installed, all from apt; the node imports
-nothing else. No dependency is copied into this repository, and none is downloaded while the software runs.
-
-| package | declared as | needed for | license |
-|---|---|---|---|
-"""
+BEGIN, END = "<!-- dependencies: written by scripts/write_dependencies.py -->\n", "<!-- end of dependencies -->\n"
+HEAD = "| package | declared as | needed for | license |\n|---|---|---|---|\n"
+TOOLS = "tools"
+"""What `--list` calls install_requires."""
 PURPOSES = {
     "": "the tools",
     "ros": "the node without a ROS installation",
     "demo": "`make demo`",
     "dask": "`evaluate` and `sweep` on many cores or machines",
+    "docs": "`make site`",
     "bench": "`make bench`",
     "fuzz": "`make fuzz`",
     "test": "`make test`",
@@ -90,8 +84,8 @@ def license_of(package: str) -> str:
     return ", ".join(classified) or "see the package"
 
 
-def page() -> str:
-    """Return the text of the page."""
+def table() -> str:
+    """Return the table of all packages."""
     rows = []
     for extra, requirement in declared():
         name = name_of(requirement)
@@ -100,15 +94,19 @@ def page() -> str:
     return HEAD + "\n".join(rows) + "\n"
 
 
-def main() -> int:
-    """Write the page; return 1 if some package is not installed, and leave the page as it was."""
-    text = page()
+def main(arguments: list[str]) -> int:
+    """Write the table; return 1 if some package is not installed, and leave the page as it was."""
+    if arguments[:1] == ["--list"]:
+        print(*(requirement for extra, requirement in declared() if (extra or TOOLS) in arguments[1:]), sep="\n")
+        return 0
+    text = table()
     if missing := re.findall(r"\| ([\w.-]+) \|.*not installed", text):
         print(f"not installed, so their licenses are not known: {', '.join(missing)}", file=sys.stderr)
         return 1
-    PAGE.write_text(text, encoding="utf-8")
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    PAGE.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.partition(END)[2]}", encoding="utf-8")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

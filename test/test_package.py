@@ -9,10 +9,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 from places import ROOT
 
 import topo_region_seg
 
+CHANGELOG = (ROOT / "CHANGELOG.rst").read_text(encoding="utf-8")
 SPDX = (
     "# SPDX-FileCopyrightText: 2026 topo_region_seg contributors",
     "# SPDX-License-Identifier: Apache-2.0",
@@ -28,8 +30,10 @@ SOURCE_FOLDERS = (
     "scripts",
     "docs",
     "bags",
+    "examples",
+    ".github",
 )
-SOURCE_SUFFIXES = (".py", ".sh", ".yaml", ".rviz")
+SOURCE_SUFFIXES = (".py", ".sh", ".yaml", ".yml", ".rviz")
 
 
 def manifest() -> ElementTree.Element:
@@ -37,7 +41,14 @@ def manifest() -> ElementTree.Element:
 
 
 def source_files() -> list[Path]:
-    found = [ROOT / "setup.py", ROOT / "Makefile", ROOT / ".ci" / "run"]
+    found = [
+        ROOT / "setup.py",
+        ROOT / "Makefile",
+        ROOT / ".ci" / "run",
+        ROOT / ".pre-commit-config.yaml",
+        *ROOT.glob("*.yaml"),
+        *ROOT.glob("*.cff"),
+    ]
     for folder in SOURCE_FOLDERS:
         found += [path for path in (ROOT / folder).rglob("*") if path.suffix in SOURCE_SUFFIXES]
     generated = {"metadata.yaml"}
@@ -47,7 +58,38 @@ def source_files() -> list[Path]:
 def test_version_is_the_same_everywhere() -> None:
     version = manifest().findtext("version")
     assert version == topo_region_seg.__version__
-    assert f"## [{version}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(rf"^{re.escape(str(version))} \(\d{{4}}-\d\d-\d\d\)$", CHANGELOG, re.MULTILINE)
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_changelog_is_one_that_the_release_tools_read() -> None:
+    changelog = pytest.importorskip("catkin_pkg.changelog", reason="comes with colcon")
+    found = changelog.get_changelog_from_path(str(ROOT), package_name="topo_region_seg")
+    versions = [version for version, _, _ in found.foreach_version()]
+    assert versions == [manifest().findtext("version")]
+    assert "Forthcoming" in CHANGELOG
+    assert list(ROOT.glob("CHANGELOG*")) == [ROOT / "CHANGELOG.rst"]
+
+
+def test_one_address_everywhere() -> None:
+    urls = {url.get("type"): url.text for url in manifest().findall("url")}
+    assert urls.keys() == {"website", "repository", "bugtracker"}
+    for name in ("README.md", "CITATION.cff", "CONTRIBUTING.md"):
+        found = re.findall(r"https://github\.com/[\w-]+/[\w-]+", (ROOT / name).read_text(encoding="utf-8"))
+        assert set(found) == {urls["repository"]}, name
+
+
+def test_workflows_run_what_the_makefile_has_on_every_python() -> None:
+    text = (ROOT / ".github" / "workflows" / "ci.yaml").read_text(encoding="utf-8")
+    jobs = yaml.safe_load(text)["jobs"]
+    versions = re.findall(r"VERSIONS := (.*)", (ROOT / "Makefile").read_text(encoding="utf-8"))[0].split()
+    assert sorted(jobs["test"]["strategy"]["matrix"]["python"]) == sorted(versions)
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    assert set(re.findall(r"run: make ([a-z-]+)", text)) <= targets
+
+
+def test_continuous_integration_builds_the_site() -> None:
+    assert "make site" in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
 
 
 def test_setup_reads_the_version_of_the_manifest() -> None:

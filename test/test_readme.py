@@ -1,74 +1,41 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What README.md and the other documents say is there, is there."""
+"""README.md is a front door of one page; test_documents.py holds its links, names and Python to the code."""
 
 from __future__ import annotations
 
 import re
-import runpy
-from contextlib import suppress
-from pathlib import Path
 
-import clouds
-import numpy as np
-import pytest
 from places import ROOT
 
-from topo_region_seg.offline.cli.main import main
-from topo_region_seg.steps.color import srgb_to_lab
-
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "bags").glob("*.md")])
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+MOST_BYTES = 8192
 
 
-def test_parameter_table_is_that_of_the_code() -> None:
-    with_parameters = runpy.run_path(str(ROOT / "scripts" / "write_readme.py"))["with_parameters"]
-    assert with_parameters(README) == README, "run: make docs"
+def test_it_is_one_page() -> None:
+    assert len(README.encode()) <= MOST_BYTES
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_links_and_pictures_lead_to_files(document: Path) -> None:
-    targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", document.read_text(encoding="utf-8"))
-    missing = [name for name in targets if "://" not in name and not (document.parent / name).exists()]
-    assert not missing
+def test_it_begins_with_a_sentence_a_picture_and_the_demo() -> None:
+    first_screen = README[:1500]
+    assert re.search(r"!\[[^\]]+\]\(docs/images/\w+\.png\)", first_screen)
+    assert "make demo" in first_screen
 
 
-def test_named_source_files_exist() -> None:
-    named = re.findall(r"`((?:topo_region_seg|benchmarks|scripts|docs|bags|test|config|launch)/[\w./-]+)`", README)
-    assert named
-    assert [name for name in named if not (ROOT / name).exists()] == []
+def test_code_for_a_robot_and_for_python_is_short() -> None:
+    blocks = dict(
+        re.findall(r"^```(\w+)\n(.*?)^```", README.partition("## On a robot")[2], re.MULTILINE | re.DOTALL)[::-1]
+    )
+    assert 0 < len(blocks["bash"].splitlines()) <= 6
+    assert 0 < len(blocks["python"].splitlines()) <= 5
 
 
-def test_make_targets_exist() -> None:
-    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
-    assert set(re.findall(r"\bmake ([a-z-]+)`", README)) <= targets
+def test_commands_are_those_of_the_page_about_them() -> None:
+    table = re.compile(r"^\| `([a-z]+) [A-Z]", re.MULTILINE)
+    page = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
+    assert table.findall(README) == table.findall(page) != []
 
 
-def test_options_of_the_command_line_exist(capsys: pytest.CaptureFixture[str]) -> None:
-    # What follows other programs' names is theirs; that of this one is in code of its own or after its name.
-    elsewhere = re.compile(r"^(?:rosdep|colcon|ros2|export) .*$|`docker [^`]*`", re.MULTILINE)
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", elsewhere.sub("", README)))
-    commands = re.findall(r"^\| `([a-z]+) [A-Z]", README, re.MULTILINE)
-    assert len(commands) == 8
-    for arguments in (["--help"], *([command, "--help"] for command in commands)):
-        with suppress(SystemExit):
-            main(arguments)
-    known = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", capsys.readouterr().out))
-    assert named and named - known == set()
-
-
-def test_python_examples_run(warm_kernels: None) -> None:
-    first, second = re.findall(r"^```python\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
-    xyz, rgb = clouds.scene(64, 48)
-    names = {"xyz": xyz, "rgb": rgb, "lab": srgb_to_lab(rgb), "normals": np.tile([0.0, 0.0, -1.0], (len(xyz), 1))}
-    exec(first, names)
-    assert names["seg"].regions
-    names["params"] = names["trs"].Params()
-    exec(second, names)
-
-
-def test_every_room_is_described() -> None:
-    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    package = ROOT / "topo_region_seg"
-    rooms = [path.name for path in package.glob("*.py")] + [f"{path.parent.name}/" for path in package.glob("*/*.py")]
-    assert {room for room in rooms if f"`{room}`" not in text} == set()
+def test_it_says_how_to_cite_paper_and_package() -> None:
+    entries = re.findall(r"^@(\w+)\{", README, re.MULTILINE)
+    assert entries == ["inproceedings", "software"]

@@ -16,7 +16,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from topo_region_seg.api import persistent_components, segment
-    from topo_region_seg.data import Adjacency, Barcode, Cloud, Components, Features, Region, RegionTable
+    from topo_region_seg.data import (
+        Adjacency,
+        Barcode,
+        Cloud,
+        Components,
+        Features,
+        Region,
+        RegionTable,
+        SegmentationWarning,
+    )
     from topo_region_seg.parameter_table import ParameterError
     from topo_region_seg.params import Params
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
@@ -34,6 +43,7 @@ _HOME = {
     "Region": "data",
     "RegionTable": "data",
     "Segmentation": "segmentation",
+    "SegmentationWarning": "data",
     "ParameterError": "parameter_table",
     "Params": "params",
     "MissingColorError": "pipeline",
@@ -55,6 +65,7 @@ __all__ = [
     "Region",
     "RegionTable",
     "Segmentation",
+    "SegmentationWarning",
     "__version__",
     "persistent_components",
     "segment",

@@ -275,10 +275,19 @@ def test_without_dask_the_option_says_what_to_install(monkeypatch, capsys) -> No
     assert err.count("\n") == 1 and "pip install '.[dask]'" in err
 
 
-def test_the_example_in_the_readme_is_what_is_found(tmp_path) -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_example_in_the_documentation_is_what_is_found(tmp_path) -> None:
+    text = (ROOT / "docs" / "evaluation.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- evaluation:")[2].partition("<!-- end of evaluation -->")[0]
     (line,) = [line for line in shown.splitlines() if line.startswith(" mean over frames")]
     found = evaluated(tmp_path, SIMULATED)
     values = [f"{found['mean'][name]:.3f}" for name in MEASURES]
     assert line.split()[3:-1] == ["6", "0", "0", *values], "run: make docs"
+
+
+def test_parameters_without_effect_are_named_once(frames, tmp_path, capsys, recwarn) -> None:
+    bag = write_mcap(tmp_path / "in.mcap", entries(frames))
+    settings = [*COARSE, "--set", "features=normals", "--set", "color_threshold=3"]
+    run(bag, bag, *settings)
+    said = capsys.readouterr().err
+    assert said.count("(no_effect)") == 1 and "color_threshold = 3" in said
+    assert [str(warning.message) for warning in recwarn if "no_effect" in str(warning.message)] == []
