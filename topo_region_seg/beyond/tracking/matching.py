@@ -6,8 +6,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 from scipy.spatial import cKDTree
 
 from topo_region_seg.beyond.tracking.overlap import common_points
@@ -20,10 +18,10 @@ COLOR_REACH = 20.0
 """Largest difference of mean colors of such a region, CIE76 dE."""
 SIZE_REACH = 1.0
 """Largest difference of sizes of such a region, in doublings."""
-CANDIDATES = 8
+CANDIDATES = 4
 """Regions in memory, nearest in place, color and size, that a region may go on with if it does not overlap them."""
-HIGHEST_COST = 3.0
-"""Cost of a pair without any score: above the highest score, 2, as a cost of 0 means that there is no such pair."""
+SETTLED = 0.5
+"""Intersection over union from which on a region is not looked for elsewhere."""
 LEAST_OVERLAP = 0.1
 """Least intersection over union that is taken for a region's own."""
 
@@ -33,8 +31,8 @@ def matched(
 ) -> IntArray:
     """Return for each region of a frame (R,) the row of `tracks` that it goes on with, or -1.
 
-    Of all ways to pair regions it is the one with the largest sum of intersections over union (0 to 1) and likenesses
-    (0 to 1) in place, color and size.
+    Pairs with the highest sum of intersection over union (0 to 1) and likeness (0 to 1) in place, color and size come
+    first.
 
     Parameters
     ----------
@@ -50,22 +48,35 @@ def matched(
         return match
     one, other, overlap = _overlapping(now, before)
     here, there = _looks(table, tracks)
-    near, near_other = _alike(here, there)
+    settled = np.zeros(len(table), np.bool_)
+    settled[one[overlap >= SETTLED]] = True
+    near, near_other = _alike(here, there, np.flatnonzero(~settled))
     pairs, place = np.unique(np.append(one, near) * len(tracks) + np.append(other, near_other), return_inverse=True)
     rows, columns = pairs // len(tracks), pairs % len(tracks)
     score = np.maximum(0.0, 1.0 - np.linalg.norm(here[rows] - there[columns], axis=1))
     score[place[: len(overlap)]] += overlap
-    # With a column of its own, which costs as much as a pair without any score, each row can be left alone.
-    alone = np.arange(len(table))
-    cost = coo_array(
-        (
-            HIGHEST_COST - np.append(score, np.zeros(len(table))),
-            (np.append(rows, alone), np.append(columns, len(tracks) + alone)),
-        ),
-        (len(table), len(tracks) + len(table)),
-    )
-    found, partner = min_weight_full_bipartite_matching(cost.tocsr())
-    match[found] = np.where(partner < len(tracks), partner, -1)
+    return _paired(rows, columns, score, len(table), len(tracks))
+
+
+def _paired(rows: IntArray, columns: IntArray, score: FloatArray, n_rows: int, n_columns: int) -> IntArray:
+    """Return the column of each row (n_rows,), or -1, taking pairs from the highest score down; no column twice.
+
+    In rounds: a pair is taken once no better one is left of its row nor of its column. The best assignment of all
+    (Hungarian method) switches no fewer labels on the benchmark's streams, and takes more than linear time.
+    """
+    match = np.full(n_rows, -1)
+    order = np.lexsort((columns, rows, -score))
+    rows, columns = rows[order], columns[order]
+    best_of_row, best_of_column = np.zeros(n_rows, np.int64), np.zeros(n_columns, np.int64)
+    while len(rows):
+        place = np.arange(len(rows))
+        best_of_row[rows[::-1]] = best_of_column[columns[::-1]] = place[::-1]
+        best = (best_of_row[rows] == place) & (best_of_column[columns] == place)
+        match[rows[best]] = columns[best]
+        taken = np.zeros(n_columns, np.bool_)
+        taken[columns[best]] = True
+        left = (match[rows] < 0) & ~taken[columns]
+        rows, columns = rows[left], columns[left]
     return match
 
 
@@ -94,9 +105,9 @@ def _looks(table: RegionTable, tracks: Tracks) -> tuple[FloatArray, FloatArray]:
     return np.hstack(now), np.hstack(before)
 
 
-def _alike(here: FloatArray, there: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return the pairs of rows, from 0, that are near one another in all: less than one reach apart."""
+def _alike(here: FloatArray, there: FloatArray, wanted: IntArray) -> tuple[IntArray, IntArray]:
+    """Return pairs of the rows `wanted` (W,) of `here` and rows of `there` that are less than one reach apart."""
     k = min(CANDIDATES, len(there))
-    distance, partner = cKDTree(there).query(here, k=np.arange(1, k + 1), distance_upper_bound=1.0)
+    distance, partner = cKDTree(there, balanced_tree=False, compact_nodes=False).query(here[wanted], k=np.arange(1, k + 1), distance_upper_bound=1.0)
     rows, places = np.nonzero(np.isfinite(distance))
-    return rows, partner[rows, places]
+    return wanted[rows], partner[rows, places]
