@@ -72,6 +72,16 @@ def recorded(bag: Path) -> Iterator[Input]:
             yield Input(f"{bag.stem}/{number}", xyz, np.ascontiguousarray(column("rgb")[..., 2::-1]))
 
 
+def stored(cloud: Input, folder: Path) -> Path:
+    """Write a cloud for the workers; return the file, which has the cloud's name."""
+    arrays: dict[str, Any] = {"xyz": cloud.xyz}
+    if cloud.rgb is not None:
+        arrays["rgb"] = cloud.rgb
+    path = folder / f"{cloud.name.replace('/', '_')}.npz"
+    np.savez(path, **arrays)
+    return path
+
+
 def _variants(cloud: Input) -> Iterator[Input]:
     """Yield the same cloud in the other forms that the API takes."""
     flat = cloud.xyz.reshape(-1, 3), None if cloud.rgb is None else cloud.rgb.reshape(-1, 3)
