@@ -13,7 +13,8 @@ from places import SIMULATED
 from topo_region_seg.offline.bags import BagWriter, open_bag
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD
 from topo_region_seg.offline.cli.main import main
-from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, FrameRecord, RejectedRecord, RunRecord
+from topo_region_seg.offline.frames import FrameResult, Rejection
+from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
 from topo_region_seg.offline.runs.run import open_run
 
 SIM = SIMULATED
@@ -62,8 +63,8 @@ def _hostile(record: RunRecord) -> RunRecord:
     return RunRecord(
         source=f"/nowhere/{ATTACKS[1]}",
         topic=ATTACKS[0],
-        frames=[FrameRecord(f.stamp, f.points, f.regions, {**stages, "total": 12.0}) for f in record.frames],
-        rejected=[RejectedRecord(1.0, attack, attack) for attack in ATTACKS],
+        frames=[FrameResult(f.stamp, f.points, f.regions, {**stages, "total": 12.0}) for f in record.frames],
+        rejected=[Rejection(1.0, attack, attack) for attack in ATTACKS],
         truncated=True,
         interrupted=True,
         problems=list(ATTACKS),

@@ -24,7 +24,7 @@ from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import decode_message
-from topo_region_seg.offline.demo.shows import SHOWS
+from topo_region_seg.offline.demo.recordings import RECORDINGS
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.offline.simulation.camera import orbit
@@ -101,7 +101,7 @@ def recorded(folder: Path) -> Iterator[tuple[Cloud, None]]:
 
 def streams_apart() -> dict[str, Iterable[tuple[Cloud, npt.NDArray[np.uint32] | None]]]:
     """Return streams whose frames are far apart, by name: that of the demo, and a recorded one where it is there."""
-    (made,) = (show for show in SHOWS if show.name == "tabletop")
+    (made,) = (demo for demo in RECORDINGS if demo.name == "tabletop")
     streams: dict[str, Iterable[tuple[Cloud, npt.NDArray[np.uint32] | None]]] = {"sequence of the demo": made.frames()}
     if LAPTOP.is_dir():
         streams["hand-held camera, 0.26 s apart (laptop_stream)"] = recorded(LAPTOP)

@@ -67,7 +67,7 @@ def test_demo_empties_only_a_folder_that_it_made(tmp_path) -> None:
     foreign = tmp_path / "foreign"
     foreign.mkdir()
     (foreign / "thesis.txt").write_text("precious")
-    with pytest.raises(DemoError, match="holds something else"):
+    with pytest.raises(DemoError, match="contains other files"):
         prepare(foreign)
     assert (foreign / "thesis.txt").exists()
     prepare(tmp_path / "own")
@@ -81,14 +81,16 @@ def test_demo_shows_a_sequence_over_dds_and_leaves_its_results(tmp_path, monkeyp
     pytest.importorskip("imgviz")
     from topo_region_seg.offline.bags import open_bag
     from topo_region_seg.offline.demo import run
-    from topo_region_seg.offline.demo.shows import Show
+    from topo_region_seg.offline.demo.recordings import DemoRecording
 
     def made():
         for seed, camera in enumerate(orbit(Camera.kinect(160, 120), 3)):
             frame = simulate(tabletop(1), camera, seed)
             yield frame.cloud, frame.labels
 
-    monkeypatch.setattr(run, "SHOWS", (Show("small", "a small one", made, hz=4.0, params={"angle_threshold": 6.0}),))
+    monkeypatch.setattr(
+        run, "RECORDINGS", (DemoRecording("small", "a small one", made, hz=4.0, params={"angle_threshold": 6.0}),)
+    )
     output = tmp_path / "out"
     assert run.run(output)
 

@@ -43,7 +43,8 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
         features=Features(None, None),
         plane=None,
         params=Params(),
-        scales=None,  # type: ignore[arg-type]  # is not cut
+        scale=0.02,
+        filtered=None,  # type: ignore[arg-type]  # is not cut
         ms={"filtration": 12.0},
     )
 
@@ -74,6 +75,14 @@ def test_barcode_says_how_much_of_it_is_drawn(tmp_path) -> None:
     assert "200,000 points, 300 bars of infinite persistence" in text
     assert "199,700 die" in text
     assert "(90 drawn)" in text
+
+
+def test_barcode_ends_at_the_scale_of_the_regions(tmp_path) -> None:
+    seg = replace(hand_made(1_000, 4), scale=0.011)
+    alive = int((seg.components.death > seg.scale).sum())
+    assert 4 < alive < 1_000
+    plot_barcode(seg, tmp_path / "b.svg")
+    assert f"1,000 points, {alive} bars of infinite persistence" in (tmp_path / "b.svg").read_text()
 
 
 def test_before_and_after_shows_the_cloud_and_its_regions(tmp_path) -> None:

@@ -196,8 +196,8 @@ def test_what_is_odd_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     entries[-1][3].fields = entries[-1][3].fields[3:]
     run(write_mcap(tmp_path / "a.mcap", entries), status=1)
     shown = capsys.readouterr().out
-    assert "1 stamped before the one before" in shown
-    assert "1 cannot be used: data_too_short" in shown
+    assert "1 out of order by their stamps" in shown
+    assert "1 unusable: data_too_short" in shown
     assert "frame 'other'" in shown
     assert "no x, y and z, or no valid point" in shown
 

@@ -393,7 +393,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_nothing_torn(tmp_path):
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
-    assert "Traceback" not in err and "what was done until then is kept" in err
+    assert "Traceback" not in err and "the results so far are kept" in err
     done = len(json.loads((tmp_path / "s.json").read_text())["frames"])
     assert 0 < done < 5000
     assert len(clouds_of(out, "/labeled_points")) == done

@@ -43,6 +43,8 @@ def read_cloud(path: str | Path, *, max_points: int) -> Cloud:
         raise CloudFileError(f"{path}: no such file; check the name") from None
     except IsADirectoryError:
         raise CloudFileError(f"{path}: is a folder; give a .pcd or .ply file") from None
+    except ImportError:
+        raise  # not the file's fault: the package that reads it is missing
     except Exception as error:  # the libraries let every kind of error through
         reason = _reason(path, error)
         kind = path.suffix.lstrip(".").upper()
@@ -91,9 +93,18 @@ def write_labeled_cloud(path: str | Path, cloud: Cloud, labels: LabelArray) -> N
 
 
 def check_output(path: str | Path) -> None:
-    """Raise :class:`CloudFileError` if :func:`write_labeled_cloud` could not write to `path`; for use before work."""
+    """Check before the work that :func:`write_labeled_cloud` will be able to write to `path`.
+
+    Raises
+    ------
+    CloudFileError
+        The suffix is of another kind, or nothing can be written there.
+    ImportError
+        The package that writes such files is missing.
+    """
     path = Path(path)
-    _by_suffix(path, _write_pcd, _write_ply)
+    if _by_suffix(path, _write_pcd, _write_ply) is _write_pcd:
+        import pypcd4  # noqa: F401
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
         raise CloudFileError(f"{path}: the folder {path.parent} is missing or not writable; choose another place")
 

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameter tables as a commented YAML file for ROS and as a Markdown table for the README.
+"""The parameter tables as a commented YAML file for ROS and as a Markdown table.
 
-``python -m topo_region_seg.offline.parameter_docs yaml > config/region_segmentation.yaml`` writes the file again after
-a change of a table; ``markdown`` in place of ``yaml`` prints the table.
+``python -m topo_region_seg.offline.parameter_docs yaml > config/region_segmentation.yaml`` updates the file after a
+change of a table; ``markdown`` in place of ``yaml`` prints the table.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _bound(value: float) -> str:
 
 
 def _literal(value: Any) -> str:
-    """Return the value as YAML; a float keeps its point, by which ROS tells it from an integer."""
+    """Return the value as YAML; a float keeps its decimal point, which ROS needs to distinguish it from an integer."""
     if isinstance(value, float):
         text = repr(value)
         return text if "." in text else text.replace("e", ".0e")

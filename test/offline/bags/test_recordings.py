@@ -91,7 +91,7 @@ def test_the_layout_is_that_of_depth_image_proc() -> None:
 
 
 def test_a_cloud_without_color_is_refused() -> None:
-    with pytest.raises(ValueError, match="this one has none"):
+    with pytest.raises(ValueError, match="has no color"):
         camera_cloud(make_header(0, "camera"), Cloud(np.zeros((1, 3), np.float32), None, 1, 1))
 
 

@@ -144,7 +144,7 @@ def test_what_a_cluster_cannot_do_is_in_the_result(cluster, folder) -> None:
 def test_a_worker_with_another_version_says_so(folder) -> None:
     (task,) = run.tasks_of(Source("0.mcap", str(folder / "0.mcap")), PARAMS)
     object.__setattr__(task, "version", "0.0.1+other")
-    assert "install the same on all machines" in run.evaluate(task).error
+    assert "install the same version on all machines" in run.evaluate(task).error
 
 
 def test_stopping_leaves_what_is_done(cluster, folder) -> None:

@@ -282,3 +282,12 @@ def test_the_example_in_the_documentation_is_what_is_found(tmp_path) -> None:
     found = evaluated(tmp_path, SIMULATED)
     values = [f"{found['mean'][name]:.3f}" for name in MEASURES]
     assert line.split()[3:-1] == ["6", "0", "0", *values], "run: make docs"
+
+
+def test_parameters_without_effect_are_named_once(frames, tmp_path, capsys, recwarn) -> None:
+    bag = write_mcap(tmp_path / "in.mcap", entries(frames))
+    settings = [*COARSE, "--set", "features=normals", "--set", "color_threshold=3"]
+    run(bag, bag, *settings)
+    said = capsys.readouterr().err
+    assert said.count("(no_effect)") == 1 and "color_threshold = 3" in said
+    assert [str(warning.message) for warning in recwarn if "no_effect" in str(warning.message)] == []

@@ -49,7 +49,7 @@ def without_ms(found):
 def test_every_combination_is_tried_and_the_best_comes_first(bags, tmp_path, capsys) -> None:
     found = sweep(bags, tmp_path / "cache", *GRID, "-o", tmp_path / "out", "--csv", tmp_path / "a.csv")
     shown = capsys.readouterr()
-    assert "8 combinations x 3 recordings: 24 runs, 0 known already" in shown.err
+    assert "8 combinations x 3 recordings: 24 runs, 0 of them in the cache" in shown.err
     assert shown.out.count("★ 1") == 1 and "best: max_radius" in shown.out
     assert (found["cached"], found["computed"]) == (0, 24)
     every = {tuple(c["varied"].values()) for c in found["combinations"]}
@@ -146,7 +146,7 @@ def test_the_version_of_the_program_tells_its_code(monkeypatch, tmp_path) -> Non
         (["--set", "max_radus=1"], "did you mean max_radius?"),
         (["--set", "max_radius="], "no value"),
         (["--set", "max_radius"], "no '='"),
-        (["--plot", "a.txt"], "has to end in .png"),
+        (["--plot", "a.txt"], "must end in .png"),
         (["--json", "missing/a.json"], "missing or not writable"),
     ],
 )

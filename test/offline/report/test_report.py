@@ -161,23 +161,23 @@ def test_tables_keep_cells_apart():
     assert "<td>" in page.words
 
 
-def test_recorded_barcodes_are_those_computed_anew(tmp_path):
+def test_recorded_barcodes_are_those_computed(tmp_path):
     for name, options in (("plain", []), ("all", ["--all"])):
         main(["replay", str(SIM), "-o", str(tmp_path / f"{name}.mcap"), *options])
-    anew = barcodes_of(open_run(tmp_path / "plain.mcap"), {1, 3})
+    computed = barcodes_of(open_run(tmp_path / "plain.mcap"), {1, 3})
     recorded = barcodes_of(open_run(tmp_path / "all.mcap"), {1, 3})
-    assert sorted(anew) == sorted(recorded) == [1, 3]
+    assert sorted(computed) == sorted(recorded) == [1, 3]
     for index in (1, 3):
-        assert anew[index].anew and not recorded[index].anew
-        np.testing.assert_allclose(anew[index].death, recorded[index].death, rtol=1e-6)
-        np.testing.assert_array_equal(anew[index].label, recorded[index].label)
+        assert computed[index].computed and not recorded[index].computed
+        np.testing.assert_allclose(computed[index].death, recorded[index].death, rtol=1e-6)
+        np.testing.assert_array_equal(computed[index].label, recorded[index].label)
 
 
 def test_a_barcode_summed_up_loses_no_bar():
     rng = np.random.default_rng(3)
     death = np.append(rng.uniform(0, 0.02, 500), [np.inf] * 5)
     label = np.append(rng.integers(0, 4, 500), [1, 2, 3, 3, 0]).astype(np.uint32)
-    found = summarized(Bars(death, label, anew=False), 0.02)
+    found = summarized(Bars(death, label, computed=False), 0.02)
     assert sum(found["histogram"]) == 500
     assert (found["total"], found["forever"], found["region_count"]) == (505, 5, 3)
     assert found["regions"] == [[1, None], [2, None], [3, None]]
@@ -185,7 +185,7 @@ def test_a_barcode_summed_up_loses_no_bar():
 
 
 def test_a_region_that_dies_shows_its_longest_bar():
-    bars = Bars(np.array([0.001, 0.004, 0.002, np.inf]), np.array([1, 1, 2, 2], np.uint32), anew=True)
+    bars = Bars(np.array([0.001, 0.004, 0.002, np.inf]), np.array([1, 1, 2, 2], np.uint32), computed=True)
     assert summarized(bars, 0.02)["regions"] == [[1, 4.0], [2, None]]
 
 

@@ -59,7 +59,7 @@ def test_other_parameters_break_limits_and_are_named(runs, capsys, tmp_path):
     said = capsys.readouterr()
     assert "parameter angle_threshold: 5.0 -> 9.0" in said.out
     for limit in ("--max-region-change 0", "--min-wov 1", "--min-ari 1", "--max-changed 0"):
-        assert f"beyond the limit: {limit}: it is " in said.err
+        assert f"limit exceeded: {limit}: it is " in said.err
     content = json.loads((tmp_path / "c.json").read_text())
     assert len(content["beyond_limits"]) >= 4 and len(content["frames"]) == 6
     with Image.open(tmp_path / "c.png") as picture:
@@ -138,7 +138,7 @@ def test_limits_on_what_is_not_known_are_broken(tmp_path, capsys):
     bag = write_mcap(tmp_path / "in.mcap", cloud_entries(2))
     a, b = replay(bag, tmp_path / "a.mcap"), replay(bag, tmp_path / "b.mcap")
     assert command(a, b, "--max-quality-loss", 1) == 1
-    assert "the truth is not known" in capsys.readouterr().err
+    assert "the truth is unknown" in capsys.readouterr().err
     empty = compare(
         open_run(a), open_run(replay(write_mcap(tmp_path / "in2.mcap", cloud_entries(9)[5:]), tmp_path / "c"))
     )
@@ -154,7 +154,7 @@ def test_limits_that_make_no_sense_are_refused(runs, capsys, limit):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_slower_run_is_told(runs):
+def test_a_slower_run_exceeds_the_limit(runs):
     a, b = open_run(runs[0]), open_run(runs[1])
     for frame in b.record.frames:
         frame.ms["total"] *= 1000.0

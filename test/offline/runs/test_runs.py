@@ -17,10 +17,10 @@ from topo_region_seg.offline.bags import BagError, BagWriter, open_bag
 from topo_region_seg.offline.bags.attachments import read_attachment
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cloud_topic, decode_message
 from topo_region_seg.offline.cli.main import main
-from topo_region_seg.offline.evaluation.truth import stamp_of
 from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
 from topo_region_seg.offline.runs.run import open_run
 from topo_region_seg.offline.runs.truth import quality, truth_of_run
+from topo_region_seg.offline.stamps import stamp_of
 
 SIM = SIMULATED
 
@@ -84,7 +84,7 @@ def test_truth_comes_from_where_the_run_was_made(sim_run):
     truth = truth_of_run(run)
     assert truth and len(truth) == 6
     frame = next(run.frames())
-    found = quality(frame, truth.of(frame.msg))
+    found = quality(frame, truth.of(frame))
     assert found and found["wov"] is not None and 0.3 < found["wov"] <= 1.0
     with pytest.raises(BagError, match="has no truth on /nowhere"):
         truth_of_run(run, truth_topic="/nowhere")
@@ -132,7 +132,7 @@ def test_a_record_that_is_no_json_is_one_clear_error(tmp_path, text):
 
 
 def test_recordings_without_a_record_are_refused(tmp_path):
-    with pytest.raises(BagError, match="is no output of a replay"):
+    with pytest.raises(BagError, match="was not written by replay"):
         open_run(SIM)
     with BagWriter(tmp_path / "old.mcap") as writer:
         writer.add_topic("/labeled_points", POINT_CLOUD)
@@ -140,5 +140,5 @@ def test_recordings_without_a_record_are_refused(tmp_path):
             for record in reader.messages(["/camera/depth/points"]):
                 writer.write("/labeled_points", record.log_time, record.data)
     assert read_attachment(tmp_path / "old.mcap", RECORD_NAME) is None
-    with pytest.raises(BagError, match="older replay"):
+    with pytest.raises(BagError, match="older version"):
         open_run(tmp_path / "old.mcap")

@@ -16,14 +16,13 @@ if TYPE_CHECKING:
     from topo_region_seg.offline.runs.comparison import Comparison, FrameChange
     from topo_region_seg.offline.runs.run import Run
 
-PICTURES = (".png", ".pdf", ".svg")
 PICTURED = 4
 """Frames in the picture: those that changed most."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("run_a", metavar="RUN_A", type=Path, help="the run to compare with, of `replay BAG -o RUN_A`")
+    parser.add_argument("run_a", metavar="RUN_A", type=Path, help="the run to compare with, written by replay -o")
     parser.add_argument("run_b", metavar="RUN_B", type=Path, help="the run that may have changed")
     parser.add_argument(
         "--most", metavar="N", type=_count, default=10, help="frames in the table (default: %(default)s)"
@@ -31,26 +30,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--picture", metavar="FILE", type=Path, help="draw the frames that changed most: A, B and the difference"
     )
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write all frames and the sums for machines")
-    parser.add_argument("--source", metavar="BAG", type=Path, help="the recording with the truth, if it was moved")
-    parser.add_argument("--truth-topic", metavar="TOPIC", help="true labels; default: /ground_truth/labels, if there")
-    limits = parser.add_argument_group("limits; beyond any of them the exit status is 1")
-    limits.add_argument("--max-region-change", metavar="N", type=_count, help="regions more or fewer in any frame")
-    limits.add_argument("--min-wov", metavar="X", type=_share, help="overlap of A's regions with B's in any frame")
-    limits.add_argument("--min-ari", metavar="X", type=_number, help="Rand index of the two partitions in any frame")
-    limits.add_argument("--max-changed", metavar="X", type=_share, help="share of points that changed in any frame")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write all frames and the summary as JSON")
+    parser.add_argument("--source", metavar="BAG", type=Path, help="the recording that was replayed, if it was moved")
+    parser.add_argument("--truth-topic", metavar="TOPIC", help="topic of true labels (default: /ground_truth/labels)")
+    limits = parser.add_argument_group("limits (the exit status is 1 if any is exceeded)")
     limits.add_argument(
-        "--max-ms-ratio", metavar="R", type=_positive, help="median time a frame of B divided by that of A"
+        "--max-region-change", metavar="N", type=_count, help="change in the number of regions of any frame"
+    )
+    limits.add_argument("--min-wov", metavar="X", type=_share, help="overlap of A's regions with B's in any frame")
+    limits.add_argument(
+        "--min-ari", metavar="X", type=_number, help="adjusted Rand index of the partitions in any frame"
+    )
+    limits.add_argument("--max-changed", metavar="X", type=_share, help="share of changed points in any frame")
+    limits.add_argument(
+        "--max-ms-ratio", metavar="R", type=_positive, help="median time per frame of B divided by that of A"
     )
     limits.add_argument(
-        "--max-quality-loss", metavar="X", type=_number, help="mean WOv against the truth of A minus that of B"
+        "--max-quality-loss", metavar="X", type=_number, help="mean WOv of A against the truth minus that of B"
     )
     limits.add_argument("--max-unmatched", metavar="N", type=_count, help="frames that only one of the runs has")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare, print what changed, and say which limits are broken."""
-    from topo_region_seg.offline.cli.console import check_writable, note, output, progress, write_whole
+    """Compare, print what changed and which limits are exceeded."""
+    from topo_region_seg.offline.cli.console import check_picture, check_writable, note, output, progress, write_whole
     from topo_region_seg.offline.cli.tables import change_table
     from topo_region_seg.offline.runs.comparison import compare
     from topo_region_seg.offline.runs.limits import Limits, broken, summary
@@ -59,8 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.json:
         check_writable(args.json)
-    if args.picture:
-        check_writable(args.picture, PICTURES)
+    check_picture(args.picture)
     a, b = open_run(args.run_a), open_run(args.run_b)
     truth = truth_of_run(a, args.source, args.truth_topic)
     with progress("comparing", min(len(a.record.frames), len(b.record.frames))) as step:
@@ -72,13 +74,21 @@ def run(args: argparse.Namespace) -> int:
     if changed:
         output().print(change_table(changed))
     print(_first_line(args, found))
-    for line in _differences(a, b):
-        print(line)
+    for difference in _differences(a, b):
+        print(difference)
     for name, stamps in (("RUN_A", found.only_a), ("RUN_B", found.only_b)):
         if stamps:
             shown = ", ".join(f"{stamp:.3f}" for stamp in stamps[:5]) + (" ..." if len(stamps) > 5 else "")
             print(f"only in {name}: {len(stamps)} frame{'' if len(stamps) == 1 else 's'}, at {shown} s")
+    if found.unpaired:
+        count = len(found.unpaired)
+        print(
+            f"not compared: {count} stamp{'' if count == 1 else 's'} that several clouds have, the first "
+            f"{found.unpaired[0]:.3f} s: the runs have different clouds of it, so which belong together is not known"
+        )
     print(_last_line(sums))
+    if truth and (unknown := truth.note()):
+        note(unknown)
     if args.json:
         write_whole(args.json, json.dumps(_machine(found, sums, wrong), indent=1, allow_nan=False) + "\n")
         print(f"wrote {args.json}")
@@ -88,11 +98,11 @@ def run(args: argparse.Namespace) -> int:
             _draw(a, b, drawn, args.picture)
             print(f"wrote {args.picture}")
         else:
-            note("no picture: the runs have no frame in common")
+            note("no picture: the runs have no frames in common")
     for problem in [*a.problems, *b.problems]:
         note(f"damaged: {problem}")
     for line in wrong:
-        note(f"beyond the limit: {line}")
+        note(f"limit exceeded: {line}")
     return status.FAILED if wrong or a.problems or b.problems else status.DONE
 
 
@@ -102,14 +112,14 @@ def _first_line(args: argparse.Namespace, found: Comparison) -> str:
 
 
 def _last_line(sums: dict[str, float | None]) -> str:
-    """Say in one line what the limits are set on."""
+    """Return the figures that have limits in one line."""
     in_a_frame = {
         "region_change": "{:g} regions more or fewer",
         "changed": "{:.1%} of the points changed",
         "wov": "WOv {:.3f}",
         "ari": "ARI {:.3f}",
     }
-    overall = {"ms_ratio": "{:.2f} times the time", "quality_loss": "true WOv less by {:.3f}"}
+    overall = {"ms_ratio": "{:.2f} times the time", "quality_loss": "WOv against the truth lower by {:.3f}"}
     parts = []
     for what, shown in (("worst of any frame", in_a_frame), ("overall", overall)):
         known = [text.format(value) for name, text in shown.items() if (value := sums[name]) is not None]
@@ -118,7 +128,7 @@ def _last_line(sums: dict[str, float | None]) -> str:
 
 
 def _differences(a: Run, b: Run) -> list[str]:
-    """Say which parameters and versions the runs do not share."""
+    """Return a line for each parameter and version that differs."""
     lines = []
     for what, of_a, of_b in (
         ("parameter", a.params.as_dict(), b.params.as_dict()),
@@ -162,7 +172,7 @@ def _draw(a: Run, b: Run, frames: list[FrameChange], path: Path) -> None:
     for change in frames:
         left, right = of_a[change.index[0]], of_b[change.index[1]]
         if len(left.labels) != len(right.labels):
-            continue  # the two are not the same points, so no difference can be drawn
+            continue  # not the same points, so there is no difference to draw
         titles = (
             f"A, {change.stamp:.3f} s: {change.regions[0]} regions",
             f"B: {change.regions[1]} regions",
@@ -177,7 +187,7 @@ def _draw(a: Run, b: Run, frames: list[FrameChange], path: Path) -> None:
 
 def _count(text: str) -> int:
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from 0 on")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of at least 0")
     return int(text)
 
 
@@ -187,19 +197,19 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is no number")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
     return value
 
 
 def _share(text: str) -> float:
     value = _number(text)
     if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text} is not from 0 to 1")
+        raise argparse.ArgumentTypeError(f"{text} is not between 0 and 1")
     return value
 
 
 def _positive(text: str) -> float:
     value = _number(text)
     if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+        raise argparse.ArgumentTypeError(f"{text} is not greater than 0")
     return value

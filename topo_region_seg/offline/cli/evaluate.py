@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``evaluate``: how well the regions of recorded clouds fit known objects."""
+"""``evaluate``: how well the regions of recorded clouds match known objects."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.evaluation_options import (
     add_cluster_arguments,
     add_source_arguments,
+    note_notices,
     note_troubles,
     runner_from,
     sources_from,
@@ -23,8 +24,8 @@ from topo_region_seg.offline.cli.status import ToolError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_source_arguments(parser)
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the results for machines")
-    parser.add_argument("--csv", metavar="FILE", type=Path, help="write a row for each frame")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the results as JSON")
+    parser.add_argument("--csv", metavar="FILE", type=Path, help="write the results as CSV, one row per frame")
     add_cluster_arguments(parser)
     add_parameter_arguments(parser)
 
@@ -61,10 +62,11 @@ def run(args: argparse.Namespace) -> int:
     if any(result.frames for result in results):
         output().print(frame_table(results))
         output().print(bag_table(results))
+    note_notices(results)
     for result in results:
         note_troubles(result)
     if interrupted:
-        note("interrupted: what was done until then is kept")
+        note("interrupted: the results so far are kept")
     for written in (args.json, args.csv):
         if written:
             print(f"wrote {written}")

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What `evaluate` and `sweep` have in common on the command line: recordings, truth, and who does the work."""
+"""Arguments that `evaluate` and `sweep` share: recordings, their truth, and where the work is done."""
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,43 +21,43 @@ if TYPE_CHECKING:
 
 
 def add_source_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the recordings and where their truth is."""
+    """Add the recordings and the source of their truth."""
     parser.add_argument(
         "bags",
         metavar="BAG",
         nargs="+",
         type=Path,
-        help="rosbag2 folders, .mcap or ROS 1 .bag files, or folders that hold such",
+        help="rosbag2 folders, .mcap or ROS 1 .bag files, or folders that contain such recordings",
     )
     parser.add_argument("--topic", help="topic of the clouds, if the recordings have several")
     parser.add_argument(
         "--truth-topic",
         metavar="TOPIC",
-        help="clouds of the same stamps with the true labels, from 20 on those of objects "
-        "(default: /ground_truth/labels, or else the field 'label' of the clouds)",
+        help="topic of clouds with the same stamps and a field 'label': true labels, those of objects from 20 up "
+        "(default: /ground_truth/labels, or else the field 'label' of the clouds themselves)",
     )
     parser.add_argument("--truth-bag", metavar="BAG", type=Path, help="take the truth from another recording")
     parser.add_argument(
         "--recorded-labels",
         action="store_true",
-        help="measure the labels that the clouds carry (/labeled_points) instead of segmenting them",
+        help="measure the recorded labels (/labeled_points) instead of segmenting the clouds",
     )
 
 
 def add_cluster_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add who does the work."""
-    group = parser.add_argument_group("many cores, many machines (need Dask: pip install '.[dask]')")
+    """Add where the work is done."""
+    group = parser.add_argument_group("several processes or machines (needs Dask: pip install '.[dask]')")
     who = group.add_mutually_exclusive_group()
-    who.add_argument("--workers", metavar="N", type=_count, help="N processes on this machine; each uses two cores")
+    who.add_argument("--workers", metavar="N", type=_count, help="use N processes on this machine; each uses two cores")
     who.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="a Dask cluster that runs already, such as tcp://host:8786; its workers see the same files",
+        help="use a running Dask cluster, such as tcp://host:8786, whose workers find the files at the same paths",
     )
 
 
 def sources_from(args: argparse.Namespace) -> list[Source]:
-    """Return the recordings that the command line names, those in folders included."""
+    """Return the recordings that the command line names, including those in folders."""
     from topo_region_seg.offline.evaluation.finding import find_bags
     from topo_region_seg.offline.evaluation.source import Source
 
@@ -74,14 +74,14 @@ def sources_from(args: argparse.Namespace) -> list[Source]:
 
 @contextmanager
 def runner_from(args: argparse.Namespace) -> Iterator[Runner]:
-    """Give what does the work; without --workers and --scheduler that is this process, and Dask is not needed."""
-    from topo_region_seg.offline.cli.console import waiting
+    """Provide the runner; without --workers and --scheduler it is this process, and Dask is not needed."""
+    from topo_region_seg.offline.cli.console import loading_kernels
     from topo_region_seg.offline.evaluation.cluster import ClusterError, dask_runner
     from topo_region_seg.offline.evaluation.jobs import in_this_process
     from topo_region_seg.offline.evaluation.run import load_kernels
 
     if not args.recorded_labels and args.scheduler is None:
-        with waiting("loading the kernels; the first time they are compiled"):
+        with loading_kernels():
             load_kernels()
     if args.workers is None and args.scheduler is None:
         yield in_this_process
@@ -94,7 +94,7 @@ def runner_from(args: argparse.Namespace) -> Iterator[Runner]:
 
 
 def note_troubles(result: BagResult, most: int = 10) -> None:
-    """Say what could not be measured in a recording, and why."""
+    """Print what could not be measured in a recording, and why."""
     from topo_region_seg.offline.cli.console import note
 
     if result.error:
@@ -106,10 +106,24 @@ def note_troubles(result: BagResult, most: int = 10) -> None:
     for problem in result.problems:
         note(f"damaged: {problem}")
     if result.truncated:
-        note(f"truncated: {result.bag} is cut short; everything that was whole is done")
+        note(f"truncated: {result.bag} is cut short; all complete messages were processed")
     if result.without_truth and result.frames:
         clouds = result.without_truth + len(result.frames)
-        note(f"without truth: {result.bag}: {result.without_truth} of {clouds} clouds; they are not measured")
+        note(f"without truth: {result.bag}: {result.without_truth} of {clouds} clouds, which are not measured")
+    if result.repeated:
+        note(
+            f"repeated stamps: {result.bag}: {result.repeated} clouds have the stamp of another cloud; "
+            "they are paired with their truth in the recorded order"
+        )
+
+
+def note_notices(results: Iterable[BagResult]) -> None:
+    """Print the notices of the pipeline, each once."""
+    from topo_region_seg.offline.cli.console import note
+
+    lines = (f"note: {text} ({code})" for result in results for code, text in result.notices.items())
+    for line in dict.fromkeys(lines):
+        note(line)
 
 
 def status_of(results: list[BagResult]) -> int:

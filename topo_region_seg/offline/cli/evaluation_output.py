@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The results of an evaluation for machines: JSON and CSV. What is not defined is null, or an empty cell."""
+"""The results of an evaluation as JSON and CSV; undefined measures are null or an empty cell."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from topo_region_seg.params import Params
 
 
 def json_text(results: Sequence[BagResult], params: Params) -> str:
-    """Return everything: means over frames, frames, recordings, what was left out, parameters, version."""
+    """Return means over frames, frames, recordings, rejected clouds, parameters and version as JSON."""
     frames = [frame for result in results for frame in result.frames]
     summary = {
         "mean": mean_measures(frames),
@@ -63,7 +63,7 @@ def json_text(results: Sequence[BagResult], params: Params) -> str:
 
 
 def csv_text(results: Sequence[BagResult]) -> str:
-    """Return a header and a row for each frame."""
+    """Return a header and one row per frame."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["bag", "stamp", "points", "regions", *MEASURES, "ms"])

@@ -24,14 +24,14 @@ HEADS = {
     "asa": "ASA",
     "labelled": "label-\nled",
 }
-"""What the measures are called in tables; docs/algorithm.md defines them."""
+"""Names of the measures in tables; docs/algorithm.md defines them."""
 
 MOST_FRAMES = 40
 WORST_FRAMES = 10
 
 
 def frame_table(results: Sequence[BagResult]) -> Table:
-    """Return a row for each frame; of very many frames only those with the lowest weighted overlap."""
+    """Return one row per frame; if there are many, only those with the lowest weighted overlap."""
     rows = [(result.bag, frame) for result in results for frame in result.frames]
     title = None
     if len(rows) > MOST_FRAMES:
@@ -53,7 +53,7 @@ def frame_table(results: Sequence[BagResult]) -> Table:
 
 
 def bag_table(results: Sequence[BagResult]) -> Table:
-    """Return a row for each recording, and the means over all frames; also how many clouds are left out."""
+    """Return one row per recording, and the means over all frames, with the numbers of clouds left out."""
     table = _table(None)
     table.add_column("recording", overflow="fold")
     table.add_column("frames", justify="right")
@@ -72,12 +72,12 @@ def bag_table(results: Sequence[BagResult]) -> Table:
 
 
 def measure_cells(measures: Measures) -> list[str]:
-    """Return a cell for each measure; "-" where it is not defined."""
+    """Return one cell per measure; "-" where it is undefined."""
     return ["-" if (value := measures[name]) is None else f"{value:.3f}" for name in MEASURES]
 
 
 def short_names(bags: Sequence[str]) -> dict[str, str]:
-    """Return for each recording the last part of its path, or all of it where two end alike."""
+    """Return the last part of the path of each recording, or the whole path where two end alike."""
     last = {bag: Path(bag).name for bag in bags}
     counts = Counter(last.values())
     return {bag: name if counts[name] == 1 else bag for bag, name in last.items()}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``inspect``: what a recording holds, what its clouds are like, and the parameters that follow from it."""
+"""``inspect``: the contents of a recording, the properties of its clouds, and the parameters that follow."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ SAMPLES = 5
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("bag", metavar="BAG", type=Path, help="a rosbag2 folder, a .mcap or a ROS 1 .bag")
-    parser.add_argument("--topic", help="look at the clouds of this topic alone")
+    parser.add_argument("bag", metavar="BAG", type=Path, help="a rosbag2 folder, a .mcap file or a ROS 1 .bag file")
+    parser.add_argument("--topic", help="inspect the clouds of this topic only")
     parser.add_argument(
         "--frames",
         metavar="N",
@@ -28,18 +28,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=SAMPLES,
         help=f"clouds of each topic to measure, spread over the recording (default: {SAMPLES})",
     )
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write all that was found for machines")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write all findings as JSON")
     parser.add_argument(
-        "--params-out", metavar="FILE.yaml", type=Path, help="write the suggested parameters as the node's YAML file"
+        "--params-out",
+        metavar="FILE.yaml",
+        type=Path,
+        help="write the suggested parameters as a YAML file",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Read the recording, print what it is, and write what was asked for."""
+    """Read the recording, print what was found, and write what was asked for."""
     from topo_region_seg.offline.bags import open_bag
     from topo_region_seg.offline.bags.clouds import cloud_topic
     from topo_region_seg.offline.cli import inspect_text
-    from topo_region_seg.offline.cli.console import check_writable, note, output, progress, waiting, write_whole
+    from topo_region_seg.offline.cli.console import check_writable, loading_kernels, note, output, progress, write_whole
     from topo_region_seg.offline.inspection.topic import TopicInspector
 
     for path, suffixes in ((args.json, ()), (args.params_out, (".yaml", ".yml"))):
@@ -50,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         wanted = cloud_topic(reader, args.topic) if args.topic or args.params_out else None
         topics = [wanted] if wanted else _clouds(reader)
         reports = []
-        with waiting("loading the kernels; the first time they are compiled"), progress("inspecting", None) as step:
+        with loading_kernels(), progress("inspecting", None) as step:
             for topic in topics:
                 reports.append(TopicInspector(topic, args.frames).look(reader))
                 step(topic.name)
@@ -62,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         if wanted and args.params_out:
             advice = reports[0].advice
             if advice is None:
-                raise ToolError(f"{args.bag}: the clouds of {wanted.name} have too few points to suggest parameters by")
+                raise ToolError(f"{args.bag}: the clouds of {wanted.name} have too few points to suggest parameters")
             write_whole(args.params_out, inspect_text.yaml_text(args.bag, reports[0], advice))
         for written in (args.json, args.params_out):
             if written:
@@ -70,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         for problem in problems:
             note(f"damaged: {problem}")
         if reader.truncated:
-            note(f"truncated: {args.bag} is cut short; what was whole is counted")
+            note(f"truncated: {args.bag} is cut short; complete messages are counted")
         if problems or any(report.unreadable for report in reports):
             return status.FAILED
         return status.TRUNCATED if reader.truncated else status.DONE

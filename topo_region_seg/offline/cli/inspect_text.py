@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What ``inspect`` found, as text, JSON and a parameter file."""
+"""The findings of ``inspect`` as text, JSON and a parameter file."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def whole(path: Path, reader: BagReader, reports: Sequence[TopicReport]) -> Iter
         yield _points_line(summary)
         yield _band_table(summary)
         if report.advice is None:
-            yield "too few points to suggest parameters by"
+            yield "too few points to suggest parameters"
             continue
         yield _spread_line(report.advice)
         yield _suggestion_table(report.advice)
@@ -49,7 +49,7 @@ def whole(path: Path, reader: BagReader, reports: Sequence[TopicReport]) -> Iter
 
 
 def json_text(path: Path, reader: BagReader, reports: Sequence[TopicReport], problems: Sequence[str]) -> str:
-    """Return all that was found; what is not known is null."""
+    """Return all findings as JSON; unknown values are null."""
     storage = reader.storage()
     found = {
         "bag": str(path),
@@ -67,11 +67,11 @@ def json_text(path: Path, reader: BagReader, reports: Sequence[TopicReport], pro
 
 
 def yaml_text(path: Path, report: TopicReport, advice: Advice) -> str:
-    """Return a parameter file for the node; each value with its reason."""
+    """Return a parameter file for the node, with the reason for each value."""
     clouds = f"{len(report.figures)} cloud{'' if len(report.figures) == 1 else 's'}"
     lines = [
         f"# Suggested by topo_region_seg inspect, from {clouds} of {report.topic.name} in {path.name}.",
-        "# What is not named here keeps its default.",
+        "# Parameters that are not named here keep their defaults.",
         "/**:",
         "  ros__parameters:",
     ]
@@ -107,16 +107,16 @@ def _cloud_lines(report: TopicReport) -> Iterator[str]:
     rate = report.rate()
     shown = report.layouts.most_common(SHOWN_LAYOUTS)
     count = len(report.log_times)
-    said = f"{count} cloud{'' if count == 1 else 's'}" + (f" at {rate:.3g} Hz" if rate else "")
+    text = f"{count} cloud{'' if count == 1 else 's'}" + (f" at {rate:.3g} Hz" if rate else "")
     if report.out_of_order:
-        said += f", {report.out_of_order} stamped before the one before"
-    yield f"{report.topic.name}: {said}"
+        text += f", {report.out_of_order} out of order by their stamps"
+    yield f"{report.topic.name}: {text}"
     for layout, count in shown:
         yield f"  {'' if len(report.layouts) == 1 else f'{count} times '}{_layout(layout)}"
     if len(report.layouts) > len(shown):
         yield f"  and {len(report.layouts) - len(shown)} other layouts"
     for reason, count in sorted(report.unreadable.items()):
-        yield f"  {count} cannot be used: {reason}"
+        yield f"  {count} unusable: {reason}"
 
 
 def _layout(layout: Layout) -> str:
@@ -145,12 +145,12 @@ def _band_table(summary: PointSummary) -> Table:
 
 
 def _spread_line(advice: Advice) -> str:
-    def said(spread: tuple[float, float, float] | None, unit: str) -> str:
-        return "not known" if spread is None else f"{', '.join(f'{value:.1f}' for value in spread)} {unit}"
+    def shown(spread: tuple[float, float, float] | None, unit: str) -> str:
+        return "unknown" if spread is None else f"{', '.join(f'{value:.1f}' for value in spread)} {unit}"
 
     return (
-        "neighbors after preprocessing differ by (quarter, half, nine of ten are below): "
-        f"color {said(advice.color_spread, 'dE')}; normal {said(advice.angle_spread, 'deg')}"
+        "differences between neighbors after preprocessing (25, 50 and 90 % are below): "
+        f"color {shown(advice.color_spread, 'dE')}; normals {shown(advice.angle_spread, 'deg')}"
     )
 
 
@@ -158,7 +158,7 @@ def _suggestion_table(advice: Advice) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("suggested")
     table.add_column("value", justify="right")
-    table.add_column("because", overflow="fold")
+    table.add_column("reason", overflow="fold")
     for suggestion in advice.suggestions:
         value = suggestion.value
         shown = f"{value:g}" if type(value) in (int, float) else str(value).lower()
@@ -184,7 +184,7 @@ def _report(report: TopicReport) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Replace what JSON cannot say by null."""
+    """Replace numbers that JSON does not have by null."""
     if isinstance(value, dict):
         return {str(name): _plain(part) for name, part in value.items()}
     if isinstance(value, list | tuple):

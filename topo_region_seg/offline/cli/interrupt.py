@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ending long work between two steps, where nothing is half written."""
+"""Stopping long work between two steps, where no file is half written."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from types import FrameType
 
 @contextmanager
 def stop_request() -> Iterator[threading.Event]:
-    """Give an event that the first Ctrl-C (or SIGTERM) sets; a second one raises KeyboardInterrupt at once.
+    """Provide an event that the first Ctrl-C or SIGTERM sets; a second one raises KeyboardInterrupt at once.
 
-    An exception in the midst of a step could leave a half-written chunk behind, or get lost in a callback.
+    An exception in the middle of a step could leave a half-written chunk behind or get lost in a callback.
     """
     requested = threading.Event()
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work beside the main thread, in order and bounded: one thread reads ahead, another finishes what is behind."""
+"""Work beside the main thread, in order and bounded: one thread reads ahead, another finishes the results."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _END: Any = object()
 
 @contextmanager
 def read_ahead(items: Iterator[T], depth: int) -> Iterator[Iterator[T]]:
-    """Take items from an iterator in a thread, at most `depth` before they are asked for.
+    """Take items from an iterator in a thread, up to `depth` items ahead.
 
-    They come in order; an error of the iterator is raised where its item would have come. The thread has ended when
-    the context has, and the iterator is only ever touched by that thread.
+    They come in order; an error of the iterator is raised in place of its item. Only that thread touches the iterator,
+    and it ends with the context.
     """
     with ThreadPoolExecutor(1, "reader") as thread:
         waiting = deque(thread.submit(next, items, _END) for _ in range(depth))
@@ -38,10 +38,11 @@ def read_ahead(items: Iterator[T], depth: int) -> Iterator[Iterator[T]]:
 
 @contextmanager
 def finish_behind(depth: int) -> Iterator[Callable[[Callable[[], None]], None]]:
-    """Give a function that has work done in a thread: in order, with at most `depth` pieces not done yet.
+    """Provide a function that runs work in a thread, in order.
 
-    It waits while there are more. An error of the work is raised at one of the next calls, or at the end of the
-    context, and the work after it is left out. The end waits for all work, unless an error ends the context.
+    The function waits while more than `depth` pieces of work are pending. An error is raised by one of the next calls
+    or at the end of the context, and the work that follows it is dropped. The context ends when all work is done, or at
+    once if an error ends it.
     """
     with ThreadPoolExecutor(1, "writer") as thread:
         waiting: deque[Future[None]] = deque()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``replay``: every cloud of a recording through the pipeline, none dropped."""
+"""``replay``: every cloud of a recording through the pipeline, without dropping any."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("bag", metavar="BAG", type=Path, help="a rosbag2 folder, a .mcap or a ROS 1 .bag")
+    parser.add_argument("bag", metavar="BAG", type=Path, help="a rosbag2 folder, a .mcap file or a ROS 1 .bag file")
     parser.add_argument(
         "-o",
         "--output",
         metavar="OUT",
         type=Path,
-        help="write /labeled_points and /region_count: OUT.mcap is one file, other names are rosbag2 folders",
+        help="write /labeled_points and /region_count to OUT.mcap (one file) or OUT (a rosbag2 folder)",
     )
     parser.add_argument("--topic", help="topic of the clouds, if the recording has several")
-    parser.add_argument("--all", action="store_true", help="write /regions, /barcode and /region_markers too")
-    parser.add_argument("--with-input", action="store_true", help="write the recorded clouds too")
+    parser.add_argument("--all", action="store_true", help="also write /regions, /barcode and /region_markers")
+    parser.add_argument("--with-input", action="store_true", help="also write the recorded clouds")
     parser.add_argument(
         "--compression",
         choices=("lz4", "zstd", "none"),
         default="lz4",
-        help="of what is written (default: lz4; zstd takes a third less space and more time)",
+        help="compression of the output (default: lz4; zstd takes a third less space and more time)",
     )
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the summary for machines")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the summary as JSON")
     add_parameter_arguments(parser)
 
 
@@ -45,29 +45,32 @@ def run(args: argparse.Namespace) -> int:
     """Replay the recording, print a summary and write what was asked for."""
     from topo_region_seg.offline.bags import open_bag
     from topo_region_seg.offline.bags.clouds import cloud_topic
-    from topo_region_seg.offline.cli.console import check_writable, progress, waiting, write_whole
+    from topo_region_seg.offline.cli.console import check_writable, loading_kernels, output, progress, write_whole
     from topo_region_seg.offline.cli.replay_output import ReplayOutput
     from topo_region_seg.offline.cli.replay_run import Replay
+    from topo_region_seg.offline.cli.tables import timing_table
     from topo_region_seg.pipeline import warm_up
 
     params = params_from(args)
     if args.bag.suffix in (".pcd", ".ply"):
-        raise ToolError(f"{args.bag}: is a cloud file; for one cloud use: topo_region_seg segment {args.bag}")
+        raise ToolError(f"{args.bag}: is a cloud file, not a recording; use: topo_region_seg segment {args.bag}")
     if args.json:
         check_writable(args.json)
     with open_bag(args.bag) as reader:
         topic = cloud_topic(reader, args.topic)
         _check_apart(args.bag, args.output)
         extra = topic.name if args.with_input else None
-        with ReplayOutput(args.output, everything=args.all, input_topic=extra, compression=args.compression) as output:
-            with waiting("loading the kernels; the first time they are compiled"):
+        with ReplayOutput(args.output, everything=args.all, input_topic=extra, compression=args.compression) as results:
+            with loading_kernels():
                 warm_up()
-            replay = Replay(reader, topic, params, output, debug=args.debug)
+            replay = Replay(reader, topic, params, results, debug=args.debug)
             with progress("segmenting", topic.count) as step:
                 replay.run(step)
-            output.describe(_record(args, replay, params))
+            results.describe(_record(args, replay, params))
         if args.json:
             write_whole(args.json, replay.json_text())
+        if replay.frames:
+            output().print(timing_table([frame.ms for frame in replay.frames]))
         _print_summary(args, replay)
     if replay.interrupted:
         return status.INTERRUPTED
@@ -77,14 +80,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _record(args: argparse.Namespace, replay: Replay, params: Params) -> RunRecord:
-    """Return what the recording says of itself."""
-    from topo_region_seg.offline.runs.record import FrameRecord, RejectedRecord, RunRecord, rounded
+    """Return the record that is attached to the output."""
+    from topo_region_seg.offline.runs.record import RunRecord
 
     return RunRecord(
         source=str(args.bag.resolve()),
         topic=replay.topic.name,
-        frames=[FrameRecord(f.stamp, f.points, f.regions, rounded(f.ms)) for f in replay.frames],
-        rejected=[RejectedRecord(r.stamp, r.reason, r.detail) for r in replay.rejected],
+        frames=list(replay.frames),
+        rejected=list(replay.rejected),
         truncated=replay.reader.truncated,
         interrupted=replay.interrupted,
         problems=list(replay.reader.problems),
@@ -93,7 +96,7 @@ def _record(args: argparse.Namespace, replay: Replay, params: Params) -> RunReco
 
 
 def _check_apart(bag: Path, output: Path | None) -> None:
-    """Refuse to write into the recording that is read."""
+    """Refuse to write into the recording that is being read."""
     if output is None:
         return
     source, target = bag.resolve(), output.resolve()
@@ -102,20 +105,17 @@ def _check_apart(bag: Path, output: Path | None) -> None:
 
 
 def _print_summary(args: argparse.Namespace, replay: Replay) -> None:
-    from topo_region_seg.offline.cli.console import note, output
-    from topo_region_seg.offline.cli.tables import timing_table
+    from topo_region_seg.offline.cli.console import note
 
-    if replay.frames:
-        output().print(timing_table([frame.ms for frame in replay.frames]))
     print(f"{args.bag} {replay.topic.name}: {replay.summary_line()}", flush=True)
     for line in replay.rejected_lines():
         note(line)
     for problem in replay.reader.problems:
         note(f"damaged: {problem}")
     if replay.reader.truncated:
-        note(f"truncated: {args.bag} is cut short; everything that was whole is done")
+        note(f"truncated: {args.bag} is cut short; all complete messages were processed")
     if replay.interrupted:
-        note("interrupted: what was done until then is kept")
+        note("interrupted: the results so far are kept")
     for written in (args.output, args.json):
         if written:
             print(f"wrote {written}")

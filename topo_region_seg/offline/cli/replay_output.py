@@ -27,18 +27,18 @@ ON_REQUEST = {
 
 
 class ReplayOutput:
-    """Writes what the node would publish; without a path, nothing.
+    """Writes what the node would publish.
 
     Parameters
     ----------
     path : Path or None
-        Where to.
+        File or folder to write; None writes nothing.
     everything : bool
-        Also what the node publishes only on request.
+        Also write what the node publishes only while somebody subscribes.
     input_topic : str or None
-        Also the recorded clouds, on this topic.
+        Also write the recorded clouds, on this topic.
     compression : str
-        Of the chunks; lz4 keeps up with the segmentation on two cores, zstd does not.
+        Compression of the chunks: lz4 keeps up with the segmentation on two cores, zstd does not.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class ReplayOutput:
         self._types = bag_types()
         topics = {**ALWAYS, **(ON_REQUEST if everything else {})}
         if input_topic in topics:
-            raise ToolError(f"--with-input: the recorded topic {input_topic} is one of the results; leave it out")
+            raise ToolError(f"--with-input: {input_topic} is also the name of a result; leave out --with-input")
         self._writer = BagWriter(path, compression=compression) if path else None
         if self._writer:
             for name, kind in ({input_topic: POINT_CLOUD} if input_topic else {}).items() | topics.items():
@@ -74,7 +74,7 @@ class ReplayOutput:
             self._writer.write(topic, record.log_time, result)
 
     def describe(self, record: RunRecord) -> None:
-        """Add how the results came about."""
+        """Attach the record of the run."""
         if self._writer:
             self._writer.attach(RECORD_NAME, MEDIA_TYPE, record.to_json().encode())
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of a replay, and what it found out."""
+"""The loop of a replay, and its results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
-from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
@@ -23,38 +23,21 @@ from topo_region_seg.offline.cli.console import Steps, note
 from topo_region_seg.offline.cli.interrupt import stop_request
 from topo_region_seg.offline.cli.overlap import finish_behind, read_ahead
 from topo_region_seg.offline.cli.replay_output import ReplayOutput
+from topo_region_seg.offline.frames import INTERNAL_ERROR, FrameResult, Rejection, rounded
+from topo_region_seg.offline.stamps import seconds, stamp_of
 from topo_region_seg.params import Params
-from topo_region_seg.pipeline import MissingColorError, Pipeline
+from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.segmentation import Segmentation
 
 SHOWN_REJECTIONS = 10
 READ_AHEAD = 2
 WRITE_BEHIND = 2
-"""Clouds in memory besides the one that is segmented: enough to keep all three busy."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One segmented cloud; `stamp` in seconds, `ms` per stage with `total`."""
-
-    stamp: float
-    points: int
-    regions: int
-    ms: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Rejection:
-    """One cloud that could not be segmented; `stamp` in seconds (the log time where the message has none)."""
-
-    stamp: float
-    reason: str
-    detail: str
+"""Clouds in memory besides the one that is segmented: enough to keep all three threads busy."""
 
 
 @dataclass
 class _Input:
-    """A recorded message on its way; `cloud` stays None where it cannot be used, `rejection` says why."""
+    """A recorded message in progress; where it cannot be used, `cloud` stays None and `rejection` says why."""
 
     record: Record
     stamp: float
@@ -64,15 +47,12 @@ class _Input:
     run_ms: float = 0.0
     rejection: Rejection | None = None
 
-    def reject(self, reason: str, detail: str) -> None:
-        self.rejection = Rejection(self.stamp, reason, detail)
-
 
 class Replay:
-    """Runs a recording's clouds through the pipeline, as the node does, but drops none.
+    """Runs a recording's clouds through the pipeline as the node does, but drops none.
 
-    A cloud that cannot be segmented is noted in `rejected`, and the next one follows. After Ctrl-C the
-    cloud at hand is finished, `interrupted` is true, and what was done until then stands.
+    A cloud that cannot be segmented goes to `rejected`. After Ctrl-C the current cloud is finished, `interrupted` is
+    true, and the results so far are kept.
     """
 
     def __init__(
@@ -80,7 +60,7 @@ class Replay:
     ) -> None:
         self.reader = reader
         self.topic = topic
-        self.frames: list[Frame] = []
+        self.frames: list[FrameResult] = []
         self.rejected: list[Rejection] = []
         self.interrupted = False
         self._pipeline = Pipeline(params)
@@ -90,9 +70,9 @@ class Replay:
         self._warned: set[str] = set()
 
     def run(self, step: Steps) -> None:
-        """Process all clouds: one is segmented while the next is read and the one before is written.
+        """Process all clouds: one is segmented while the next is read and the previous one is written.
 
-        `step` is called after each, from the thread that writes.
+        `step` is called after each cloud, from the thread that writes.
         """
         with (
             stop_request() as stop,
@@ -110,11 +90,11 @@ class Replay:
             yield self._decode(record)
 
     def _decode(self, record: Record) -> _Input:
-        given = _Input(record, record.log_time * 1e-9)
+        given = _Input(record, seconds(record.log_time))
         started = time.perf_counter()
         with self._rejections(given):
             given.msg = decode_message(record, self.topic)
-            given.stamp = given.msg.header.stamp.sec + given.msg.header.stamp.nanosec * 1e-9
+            given.stamp = seconds(stamp_of(given.msg))
             given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
         given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
@@ -136,27 +116,23 @@ class Replay:
             self.rejected.append(given.rejection)
         elif given.cloud is not None and seg is not None:
             ms = {"decode": given.decode_ms, **seg.ms, "total": given.decode_ms + given.run_ms}
-            self.frames.append(Frame(given.stamp, len(given.cloud), len(seg.regions), ms))
+            self.frames.append(FrameResult(given.stamp, len(given.cloud), len(seg.regions), rounded(ms)))
         step(f"{self.frames[-1].regions} regions" if self.frames else "")
 
     @contextmanager
     def _rejections(self, given: _Input) -> Iterator[None]:
-        """Note why a cloud cannot be used; one bad cloud never ends a replay."""
+        """Record why a cloud cannot be used; a bad cloud never ends a replay."""
         try:
             yield
-        except CloudFormatError as error:
-            given.reject(error.reason, error.detail)
-        except MissingColorError as error:
-            given.reject("missing_color", str(error))
         except BagError:
             raise
         except Exception as error:
-            if self._debug:
+            given.rejection = Rejection.of(given.stamp, error)
+            if self._debug and given.rejection.reason == INTERNAL_ERROR:
                 traceback.print_exc()
-            given.reject("internal_error", " ".join(f"{type(error).__name__}: {error}".split()))
 
     def summary_line(self) -> str:
-        """Say in one line how many clouds, regions and milliseconds there were."""
+        """Return the numbers of clouds, regions and milliseconds in one line."""
         done, failed = len(self.frames), len(self.rejected)
         parts = [f"{done} cloud{'' if done == 1 else 's'} segmented"]
         if failed:
@@ -170,17 +146,15 @@ class Replay:
         return ", ".join(parts)
 
     def rejected_lines(self) -> list[str]:
-        """Return a line for each of the first rejected clouds, and the counts of the rest by reason."""
+        """Return a line for each of the first rejected clouds, and one for each reason of the others."""
         lines = [f"rejected: {r.stamp:.9f} s: {r.detail} ({r.reason})" for r in self.rejected[:SHOWN_REJECTIONS]]
         rest = Counter(rejection.reason for rejection in self.rejected[SHOWN_REJECTIONS:])
         return lines + [f"rejected: {count} more: {reason}" for reason, count in rest.items()]
 
     def json_text(self) -> str:
-        """Return the summary for machines."""
+        """Return the summary as JSON."""
         summary: dict[str, Any] = {
-            "frames": [
-                {"stamp": f.stamp, "points": f.points, "regions": f.regions, "ms": _rounded(f.ms)} for f in self.frames
-            ],
+            "frames": [{"stamp": f.stamp, "points": f.points, "regions": f.regions, "ms": f.ms} for f in self.frames],
             "rejected": [{"stamp": r.stamp, "reason": r.reason} for r in self.rejected],
             "truncated": self.reader.truncated,
             "params": self._pipeline.params.as_dict(),
@@ -190,8 +164,4 @@ class Replay:
     def _warn_once(self, code: str, text: str) -> None:
         if code not in self._warned:
             self._warned.add(code)
-            note(f"note: {text} ({code}; said once)")
-
-
-def _rounded(ms: dict[str, float]) -> dict[str, float]:
-    return {stage: round(value, 3) for stage, value in ms.items()}
+            note(f"note: {text} ({code}; shown once)")

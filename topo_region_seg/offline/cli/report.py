@@ -11,24 +11,24 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
 
 CHOSEN = 4
-"""Frames shown in 3D unless some are asked for."""
+"""Frames shown in 3D unless others are asked for."""
 MOST_CHOSEN = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("run", metavar="RUN", type=Path, help="what `replay BAG -o RUN` wrote")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="the page; default: RUN.html beside RUN")
+    parser.add_argument("run", metavar="RUN", type=Path, help="the run, written by `replay BAG -o RUN`")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="the page (default: RUN.html beside RUN)")
     parser.add_argument(
-        "--source", metavar="BAG", type=Path, help="the recording that was replayed, if it is no longer where it was"
+        "--source", metavar="BAG", type=Path, help="the recording that was replayed, if it has been moved"
     )
     parser.add_argument(
-        "--frames", metavar="N,N,...", help=f"frames to show in 3D and with a barcode; default: {CHOSEN} of them"
+        "--frames", metavar="N,N,...", help=f"frames to show in 3D and with a barcode (default: {CHOSEN} of them)"
     )
     parser.add_argument(
         "--truth-topic",
         metavar="TOPIC",
-        help="true labels in the source; default: /ground_truth/labels, if it is there",
+        help="topic of the true labels in the source (default: /ground_truth/labels, if there)",
     )
 
 
@@ -57,13 +57,17 @@ def run(args: argparse.Namespace) -> int:
     write_whole(output, text)
     for problem in found.problems:
         note(f"damaged: {problem}")
+    if truth and (line := truth.note()):
+        note(line)
+    if missing := [index for index in chosen if index not in barcodes]:
+        note(f"no barcode of frame {', '.join(map(str, missing))}: neither the run nor its source has it; see --source")
     print(f"{args.run}: {count} frames, {len(text.encode()) / 1e6:.1f} MB")
     print(f"wrote {output}")
     return status.FAILED if found.problems else status.DONE
 
 
 def beside(path: Path) -> Path:
-    """Return the page's default name: that of the file without its ending, or of the folder, with ``.html``."""
+    """Return the page's default name: that of the file or folder, with the ending ``.html``."""
     found = path.resolve()
     return path.parent / f"{found.name if found.is_dir() else found.stem}.html"
 
@@ -74,7 +78,7 @@ def chosen_frames(text: str, count: int) -> list[int]:
     Raises
     ------
     ToolError
-        One is no number, or not that of a frame, or there are too many.
+        One is not a number or not the index of a frame, or there are too many.
     """
     try:
         chosen = sorted({int(part) for part in text.split(",")})
@@ -83,5 +87,5 @@ def chosen_frames(text: str, count: int) -> list[int]:
     if wrong := [index for index in chosen if not 0 <= index < count]:
         raise ToolError(f"--frames {text}: there is no frame {wrong[0]}; the run has frames 0 to {count - 1}")
     if len(chosen) > MOST_CHOSEN:
-        raise ToolError(f"--frames: {len(chosen)} frames are too many for one page; choose up to {MOST_CHOSEN}")
+        raise ToolError(f"--frames: {len(chosen)} frames are too many for one page; choose at most {MOST_CHOSEN}")
     return chosen

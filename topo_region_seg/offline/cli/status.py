@@ -10,10 +10,10 @@ FAILED = 1
 USAGE = 2
 """The command line or the input it names is wrong."""
 TRUNCATED = 3
-"""The input is cut short; what was whole is done."""
+"""The input is cut short; all complete messages were processed."""
 INTERRUPTED = 130
-"""Ended by Ctrl-C, as shells count it."""
+"""Ended by Ctrl-C: 128 and the number of the signal, as in shells."""
 
 
 class ToolError(Exception):
-    """A command cannot go on; one line with the file or option, the reason and the mend."""
+    """A command cannot go on; the message is one line with the file or option, the reason and how to fix it."""

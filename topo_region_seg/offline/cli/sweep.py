@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``sweep``: every combination of parameter values over every recording, to find the best."""
+"""``sweep``: every combination of parameter values on every recording, to find the best."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.evaluation_options import (
     add_cluster_arguments,
     add_source_arguments,
+    note_notices,
     note_troubles,
     runner_from,
     sources_from,
@@ -25,23 +26,21 @@ if TYPE_CHECKING:
     from topo_region_seg.offline.cli.sweep_output import Outcome
     from topo_region_seg.offline.evaluation.results import BagResult
 
-PICTURES = (".png", ".pdf", ".svg")
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_source_arguments(parser)
     parser.add_argument(
-        "-o", "--output", metavar="FOLDER", type=Path, help="write sweep.csv, sweep.json and sweep.png into a folder"
+        "-o", "--output", metavar="FOLDER", type=Path, help="write sweep.csv, sweep.json and sweep.png to a folder"
     )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="draw quality against time (.png, .pdf, .svg)")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the results for machines")
-    parser.add_argument("--csv", metavar="FILE", type=Path, help="write a row for each combination")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the results as JSON")
+    parser.add_argument("--csv", metavar="FILE", type=Path, help="write the results as CSV, one row per combination")
     parser.add_argument(
         "--cache",
         metavar="FOLDER",
         type=Path,
-        help="keep results here, so that a sweep goes on where it was interrupted (default: the user's cache folder)",
+        help="keep results here; an interrupted sweep continues where it stopped (default: the user's cache folder)",
     )
     add_cluster_arguments(parser)
     add_parameter_arguments(parser, "NAME=VALUE,...", SET_MANY)
@@ -59,11 +58,11 @@ def run(args: argparse.Namespace) -> int:
     _prepare(args)
     sources = sources_from(args)
     jobs = [Job(source, combination.params) for combination in grid for source in sources]
-    with waiting("looking for results that are known already"):
+    with waiting("looking for cached results"):
         sweep = Sweep(jobs, ResultCache(args.cache or default_folder()))
     note(
         f"{_several(len(grid), 'combination')} x {_several(len(sources), 'recording')}: {len(jobs)} runs, "
-        f"{sweep.cached} known already"
+        f"{sweep.cached} of them in the cache"
     )
     if len(sources) == 1 and not sweep.clouds and not sweep.cached:
         raise ToolError(sweep.results[0].error)
@@ -75,35 +74,36 @@ def run(args: argparse.Namespace) -> int:
     outcomes = _outcomes(grid, len(sources), sweep.results)
     if any(outcome.frames for outcome in outcomes):
         _show(args, outcomes, cached=sweep.cached, computed=sweep.computed)
+    note_notices(sweep.results.values())
     for result in _distinct(sweep.results):
         note_troubles(result, most=3)
     if interrupted:
-        note("interrupted: the same command goes on from here")
+        note("interrupted: the same command continues from here")
         return status.INTERRUPTED
     return status_of(list(sweep.results.values()))
 
 
 def _prepare(args: argparse.Namespace) -> None:
-    """Refuse outputs that cannot be written, before the work."""
-    from topo_region_seg.offline.cli.console import check_writable
+    """Refuse outputs that cannot be written, before the work begins."""
+    from topo_region_seg.offline.cli import sweep_output  # noqa: F401 - what it needs may be missing
+    from topo_region_seg.offline.cli.console import check_picture, check_writable
 
     if args.output:
         try:
             args.output.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ToolError(f"{args.output}: cannot be made ({error.strerror}); choose another place") from None
+            raise ToolError(f"{args.output}: cannot be created ({error.strerror}); choose another place") from None
         args.csv = args.csv or args.output / "sweep.csv"
         args.json = args.json or args.output / "sweep.json"
         args.plot = args.plot or args.output / "sweep.png"
     for file in (args.csv, args.json):
         if file:
             check_writable(file)
-    if args.plot:
-        check_writable(args.plot, PICTURES)
+    check_picture(args.plot)
 
 
 def _outcomes(grid: list[Combination], bags: int, results: dict[int, BagResult]) -> list[Outcome]:
-    """Return the combinations that are done for all recordings, the best first."""
+    """Return the combinations that are complete for all recordings, the best first."""
     from topo_region_seg.offline.cli.sweep_output import Outcome
 
     outcomes = []
@@ -136,11 +136,11 @@ def _show(args: argparse.Namespace, outcomes: list[Outcome], *, cached: int, com
 
 
 def _distinct(results: dict[int, BagResult]) -> list[BagResult]:
-    """Return results with troubles that differ: most are the same for every combination."""
+    """Return one result for each set of problems: most are the same for every combination."""
     found: dict[object, BagResult] = {}
     for result in results.values():
-        troubles = result.error, tuple(result.rejected), tuple(result.problems), result.truncated, result.without_truth
-        found.setdefault((result.bag, troubles), result)
+        problems = result.error, tuple(result.rejected), tuple(result.problems), result.truncated, result.without_truth
+        found.setdefault((result.bag, problems), result)
     return list(found.values())
 
 

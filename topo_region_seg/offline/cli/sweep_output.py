@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a sweep found: combinations in the order of their quality, as a table, CSV and JSON."""
+"""The results of a sweep, the best combination first, as a table, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_ROWS = 40
 
 
 class Outcome:
-    """A combination with its results over all recordings, their mean quality and median time."""
+    """A combination with its results on all recordings, their mean quality and median time."""
 
     def __init__(self, combination: Combination, results: Sequence[BagResult]) -> None:
         frames = [frame for result in results for frame in result.frames]
@@ -34,16 +34,16 @@ class Outcome:
 
     @property
     def order(self) -> tuple[float, float, float]:
-        """What sorts the best first: by weighted overlap, of equal ones the faster.
+        """Sort key: higher weighted overlap first, then the faster.
 
-        Those that measured fewer frames than others come after these: their means leave out what failed.
+        Outcomes with fewer measured frames come last, as their means leave out what failed.
         """
         overlap = self.mean["wov"]
         return -self.frames, 1.0 if overlap is None else -overlap, self.ms or 0.0
 
 
 def sweep_table(outcomes: Sequence[Outcome]) -> Table:
-    """Return a row for each outcome, which come the best first and marked; of very many, the first ones."""
+    """Return one row per outcome, the best first and marked; if there are many, only the first ones."""
     title = f"the best {MOST_ROWS} of {len(outcomes)} combinations" if len(outcomes) > MOST_ROWS else None
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
     table.add_column("", justify="right")
@@ -64,7 +64,7 @@ def sweep_table(outcomes: Sequence[Outcome]) -> Table:
 
 
 def csv_text(outcomes: Sequence[Outcome]) -> str:
-    """Return a header and a row for each outcome."""
+    """Return a header and one row per outcome."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*outcomes[0].combination.varied, *MEASURES, "ms", "frames"])
@@ -75,7 +75,7 @@ def csv_text(outcomes: Sequence[Outcome]) -> str:
 
 
 def json_text(outcomes: Sequence[Outcome], *, cached: int, computed: int) -> str:
-    """Return all outcomes, the best first, and how many (recording, combination) pairs came from the cache."""
+    """Return all outcomes, the best first, and how many runs came from the cache."""
     summary = {
         "best": outcomes[0].combination.varied,
         "combinations": [

@@ -1,59 +1,37 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tables for the terminal: regions of a cloud, summary of a replay."""
+"""Tables for the terminal: regions of a cloud, times of a replay, changes between two runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from topo_region_seg.cloud.label_colors import colors
-from topo_region_seg.data import Cloud
-from topo_region_seg.offline.runs.comparison import FrameChange
-from topo_region_seg.segmentation import Segmentation
+from topo_region_seg.offline.cli.regions import HEADS, RegionRow
+
+if TYPE_CHECKING:
+    from topo_region_seg.offline.runs.comparison import FrameChange
 
 
-def stage_line(points: int, seg: Segmentation) -> str:
-    """Say in one line what a segmentation did."""
-    count = len(seg.regions)
-    taken = len(seg.index)
-    total = sum(seg.ms.values())
-    floor = ", support plane removed" if seg.plane is not None else ""
-    return (
-        f"{points:,} points, {taken:,} after preprocessing{floor}; "
-        f"{count} region{'' if count == 1 else 's'} in {total:.0f} ms"
-    )
-
-
-def region_table(cloud: Cloud, seg: Segmentation) -> Table:
-    """Return one row per region: label, mean color, size, center, extents and persistence."""
+def region_table(rows: Sequence[RegionRow]) -> Table:
+    """Return the rows as a table: label, mean color, size, center, extents and persistence."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("label", justify="right")
-    if cloud.rgb is not None:
+    colored = any(row.mean is not None for row in rows)
+    if colored:
         table.add_column("mean color")
-    for name in ("points", "center x, y, z (m)", "extents x, y, z (cm)", "persistence (mm)"):
+    for name in HEADS:
         table.add_column(name, justify="right")
-    means = None if cloud.rgb is None else _mean_colors(cloud.rgb, seg)
-    marks = colors(seg.regions.label)
-    for row in range(len(seg.regions)):
-        region = seg.regions[row]
-        cells: list[str | Text] = [Text.assemble(("■ ", f"rgb{_rgb(marks[row])}"), str(region.label))]
-        if means is not None:
-            mean = means[region.label]
-            cells.append(Text.assemble(("██ ", f"rgb{_rgb(mean)}"), "#{:02x}{:02x}{:02x}".format(*mean.tolist())))
-        size = (high - low for low, high in zip(region.minimum, region.maximum, strict=True))
-        cells += [
-            f"{region.size:,}",
-            " ".join(f"{value:7.3f}" for value in region.centroid),
-            " ".join(f"{100 * value:5.1f}" for value in size),
-            f"{1000 * region.persistence:.1f}",
-        ]
-        table.add_row(*cells)
+    for row in rows:
+        cells: list[str | Text] = [Text.assemble(("■ ", f"rgb{_rgb(row.color)}"), row.label)]
+        if row.mean is not None:
+            cells.append(Text.assemble(("██ ", f"rgb{_rgb(row.mean)}"), "#{:02x}{:02x}{:02x}".format(*row.mean)))
+        table.add_row(*cells, *row.cells)
     return table
 
 
@@ -93,13 +71,6 @@ def _or_dash(value: float | None, digits: int) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-def _mean_colors(rgb: npt.NDArray[np.uint8], seg: Segmentation) -> npt.NDArray[np.uint8]:
-    """Return the mean color of the points of every label, row 0 included, shape (M + 1, 3)."""
-    count = np.maximum(np.bincount(seg.labels, minlength=len(seg.regions) + 1), 1)
-    sums = [np.bincount(seg.labels, weights=rgb[:, channel], minlength=len(count)) for channel in range(3)]
-    return np.round(np.stack(sums, axis=1) / count[:, None]).astype(np.uint8)
-
-
-def _rgb(color: npt.NDArray[np.uint8]) -> str:
-    red, green, blue = color.tolist()
+def _rgb(color: tuple[int, int, int]) -> str:
+    red, green, blue = color
     return f"({red},{green},{blue})"

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``python -m topo_region_seg.offline.demo``: the node and a player in processes of their own, over DDS."""
+"""``python -m topo_region_seg.offline.demo``: the node and a player in two processes, connected over DDS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         from topo_region_seg.offline.demo.process import DemoError
         from topo_region_seg.offline.demo.run import run
     except ImportError as error:
-        print(f"demo: {error}; run pip install '.[ros,demo]'", file=sys.stderr)
+        print(f"demo: {error}; get it with: pip install '.[ros,demo]'", file=sys.stderr)
         return status.USAGE
     signal.signal(signal.SIGTERM, _interrupt)
     try:
@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    """Let SIGTERM end the processes as Ctrl-C does."""
+    """Handle SIGTERM like Ctrl-C, so that the child processes end."""
     raise KeyboardInterrupt
 
 

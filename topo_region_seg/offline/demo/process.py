@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A process beside this one, its output in a file: started, watched and always ended."""
+"""A child process with its output in a file; it always ends with the demonstration."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-TAIL = 12  # lines of its log that a failure shows
+TAIL = 12  # last lines of the log in an error message
 PATIENCE = 5.0  # seconds for a process to end after a signal
 
 
 class DemoError(Exception):
-    """The demonstration cannot go on; the message says why, the log's last lines included."""
+    """The demonstration cannot go on; the message says why, with the last lines of the log."""
 
 
 class Process:
-    """A Python module run in a process of its own; a context manager that ends it.
+    """A Python module in a child process; a context manager that ends it.
 
     Parameters
     ----------
     name : str
-        What to call it in messages.
+        Its name in messages.
     arguments : sequence of str
-        What follows ``python -m``.
+        Arguments after ``python -m``.
     log : Path
         File for its output.
     domain : int
-        Its ROS domain, on this machine alone.
+        Its ROS domain, on this machine only.
     """
 
     def __init__(self, name: str, arguments: Sequence[str], log: Path, domain: int) -> None:
@@ -55,7 +55,7 @@ class Process:
         return self._process.poll() is None
 
     def check(self, ended_is_fine: bool = False) -> None:
-        """Raise :class:`DemoError` if it failed, or ended at all unless that is fine."""
+        """Raise :class:`DemoError` if it failed, or if it ended at all unless that is fine."""
         status = self._process.poll()
         if status is None or (status == 0 and ended_is_fine):
             return
@@ -68,7 +68,7 @@ class Process:
         return "\n".join(f"    {line}" for line in lines) or "    (empty)"
 
     def stop(self) -> None:
-        """End it: ask, then insist."""
+        """End it, with stronger signals if it does not react."""
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if not self.running:
                 return

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the demonstration leaves: pictures of the last frame and ``summary.json``.
+"""The results of the demonstration: pictures of the last frame and ``summary.json``.
 
 Keys of ``summary.json``:
 
 ``seconds``
-    How long the demonstration took.
+    Duration of the demonstration.
 ``recordings``
     One entry per recording:
 
-    - ``name``, ``title``, ``params`` (node parameters that are not the default);
+    - ``name``, ``title``, ``params`` (node parameters that differ from the defaults);
     - ``files``: ``recording`` (played), ``labeled`` (recorded from the node), ``before_after``, ``barcode``;
     - ``frames_sent``, ``frames_labeled``, ``points`` (of a frame, invalid ones included);
     - ``regions`` (median of the frames), ``ms_median`` (from a cloud to its labels, over DDS);
@@ -26,16 +26,16 @@ from typing import Any
 import numpy as np
 
 from topo_region_seg.data import Cloud, LabelArray
-from topo_region_seg.offline.demo.shows import Show
+from topo_region_seg.offline.demo.recordings import DemoRecording
 from topo_region_seg.offline.figures.barcode import plot_barcode
 from topo_region_seg.offline.figures.before_after import plot_before_after
 from topo_region_seg.pipeline import Pipeline
 
 
-def draw(show: Show, cloud: Cloud, live: LabelArray, folder: Path) -> dict[str, Any]:
-    """Segment the cloud without ROS, compare with the `live` labels, draw; return what goes into the summary."""
-    seg = Pipeline(show.settings).run(cloud)
-    picture, barcode = folder / f"{show.name}.png", folder / f"{show.name}_barcode.png"
+def draw(demo: DemoRecording, cloud: Cloud, live: LabelArray, folder: Path) -> dict[str, Any]:
+    """Segment the cloud without ROS, compare it with the `live` labels, and draw it; return entries of the summary."""
+    seg = Pipeline(demo.settings).run(cloud)
+    picture, barcode = folder / f"{demo.name}.png", folder / f"{demo.name}_barcode.png"
     plot_before_after(cloud, seg, picture)
     plot_barcode(seg, barcode)
     return {

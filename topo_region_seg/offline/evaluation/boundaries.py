@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Boundary recall and precision on the image grid of an organized cloud.
 
-A pixel is on a boundary if one of its four neighbors has another label, and both are valid: where the depth ends
-says nothing of the segmentation. A boundary pixel is found if the other boundary passes through the square of
-5 x 5 pixels around it, so at most 2 pixels away.
+A pixel is on a boundary if one of its four neighbors has another label and both are valid: the end of the depth data
+is not a boundary of the segmentation. A boundary pixel is found if the other boundary passes through the square of
+5 x 5 pixels around it, which means at most 2 pixels away.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TOLERANCE = 2
 
 
 def boundary_recall(segments: LabelArray, labels: LabelArray, valid: BoolArray) -> float | None:
-    """Return the share of the true boundary that is within 2 pixels of the regions' one; None without a true boundary.
+    """Return the share of the true boundary that is within 2 pixels of that of the regions; None without one.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def boundary_recall(segments: LabelArray, labels: LabelArray, valid: BoolArray) 
 
 
 def boundary_precision(segments: LabelArray, labels: LabelArray, valid: BoolArray) -> float | None:
-    """Return the share of the regions' boundary that is within 2 pixels of the true one; None without a boundary.
+    """Return the share of the regions' boundary that is within 2 pixels of the true one; None without one.
 
     The parameters are those of :func:`boundary_recall`.
     """

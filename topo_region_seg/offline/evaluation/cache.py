@@ -15,17 +15,17 @@ from topo_region_seg.offline.evaluation.source import Source
 from topo_region_seg.params import Params
 
 Key = dict[str, Any]
-"""All that a result depends on, but for the machine's speed."""
+"""Everything that a result depends on, except the machine's speed."""
 
 
 def default_folder() -> Path:
-    """Return the user's cache folder for this program, as the XDG base directory specification has it."""
+    """Return the user's cache folder for this program, after the XDG base directory specification."""
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(base).expanduser() / "topo_region_seg" / "evaluation"
 
 
 def key_of(content: str, truth_content: str, source: Source, params: Params, version: str) -> Key:
-    """Return the key of a result; `content` and `truth_content` tell the recordings apart, whatever their names."""
+    """Return the key of a result; `content` and `truth_content` identify the recordings, whatever their names are."""
     return {
         "content": content,
         "topic": source.topic,
@@ -38,13 +38,13 @@ def key_of(content: str, truth_content: str, source: Source, params: Params, ver
 
 
 class ResultCache:
-    """Results in a folder, which is made when the first one is put there."""
+    """Results in a folder, which is created for the first one."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def get(self, key: Key, bag: str) -> BagResult | None:
-        """Return the result of `key`, under the recording's present name; None if there is none that can be read."""
+        """Return the result of `key`, with the current name of the recording; None if there is no readable one."""
         try:
             entry = json.loads(self._file(key).read_text(encoding="utf-8"))
             if entry["key"] != key:
@@ -54,7 +54,7 @@ class ResultCache:
             return None
 
     def put(self, key: Key, result: BagResult) -> None:
-        """Keep a result; the file is there whole or not at all.
+        """Keep a result; its file is complete or absent.
 
         Raises
         ------

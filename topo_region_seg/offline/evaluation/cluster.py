@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tasks on a Dask cluster: a local one of several processes, or one that is there already."""
+"""Tasks on a Dask cluster: several local processes, or a running cluster."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from topo_region_seg.offline.evaluation.run import evaluate
 from topo_region_seg.offline.evaluation.source import Task
 
 CONNECT_TIMEOUT = 15.0
-"""Seconds to wait for a scheduler, and for its first worker."""
-_POLL = 0.2  # seconds between two looks at whether to stop
+"""Seconds to wait for a scheduler and for its first worker."""
+_POLL = 0.2  # seconds between two checks for a stop request
 
 
 class ClusterError(Exception):
-    """There is no cluster to work on; one line with the reason and the mend."""
+    """There is no cluster to work on; the message is one line with the reason and how to fix it."""
 
 
 @contextmanager
 def dask_runner(workers: int | None = None, scheduler: str | None = None) -> Iterator[Runner]:
-    """Give what does tasks on a cluster: one of `workers` processes on this machine, or that of `scheduler`.
+    """Provide a runner on a cluster: one of `workers` processes on this machine, or that of `scheduler`.
 
-    The scheduler gives the task of a worker that dies to another one. If it has killed several workers, it is
-    given up, and its result says so.
+    When a worker dies, the scheduler gives its task to another one. A task that kills several workers is abandoned, and
+    its result says so.
 
     Raises
     ------
     ClusterError
-        Dask is not installed, the scheduler does not answer or has no workers.
+        Dask is not installed, or the scheduler does not answer or has no workers.
     """
     try:
         from distributed import Client, LocalCluster
@@ -43,11 +43,11 @@ def dask_runner(workers: int | None = None, scheduler: str | None = None) -> Ite
         raise ClusterError(
             f"--workers and --scheduler need Dask ({error}); run pip install '.[dask]', or leave them out"
         ) from None
-    # A worker that dies is Dask's to deal with, and what it is not able to is in the result.
+    # Dask restarts workers that die; what it cannot repair is in the result.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         if scheduler is None:
-            # The pipeline has two threads of its own. Dask's memory limit would be one core's share of the machine.
+            # The pipeline has threads of its own. Dask's default memory limit is the share of a single core.
             local = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -92,7 +92,7 @@ def _run(client: Any, tasks: Sequence[Task], step: Step, stopped: Stopped) -> It
 def _result(future: Any, task: Task) -> BagResult:
     try:
         result: BagResult = future.result()
-    except Exception as error:  # whatever went wrong on the worker; the other tasks go on
+    except Exception as error:  # any error of a worker; the other tasks go on
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         return BagResult(task.source.bag, error=f"{task.source.bag}: failed on the cluster ({reason})")
     return result

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings by name or by the folder that holds them, and what tells their content apart."""
+"""Finding recordings by name or in folders, and identifying their content."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ _PIECE = 2**20  # bytes read at a time
 
 
 def find_bags(paths: Iterable[Path]) -> list[Path]:
-    """Return the recordings that `paths` name; a folder that is no recording is searched, and all below it.
+    """Return the recordings that `paths` name; other folders are searched, with all folders below them.
 
-    Each recording comes once, those of a folder sorted by name. Hidden files and folders are left out: that is how
-    recordings are named while they are written.
+    Each recording is returned once, those of a folder sorted by name. Hidden files and folders are left out:
+    recordings have such names while they are being written.
 
     Raises
     ------
     BagError
-        A path does not exist, or a folder holds no recording.
+        A path does not exist, or a folder contains no recording.
     """
     found: dict[Path, Path] = {}
     for path in paths:
@@ -40,7 +40,7 @@ def find_bags(paths: Iterable[Path]) -> list[Path]:
 
 
 def content_id(bag: Path) -> str:
-    """Return what tells the content of a recording from any other's: a hash over all bytes of its files.
+    """Return an identifier of the content of a recording: a hash over all bytes of its files.
 
     Raises
     ------

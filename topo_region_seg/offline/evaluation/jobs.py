@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Many recordings, each with many sets of parameters, in this process or on a cluster."""
+"""Many recordings with many sets of parameters, in this process or on a cluster."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from topo_region_seg.params import Params
 Step = Callable[[], None]
 Stopped = Callable[[], bool]
 Runner = Callable[[Sequence[Task], Step, Stopped], Iterator[tuple[int, BagResult]]]
-"""Does tasks, until it is told to stop: yields the place of each in the sequence and its result, as they are done."""
+"""Runs tasks until asked to stop; yields the place of each in the sequence with its result, as they finish."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Done:
-    """The result of the job at `place` of the sequence; not `complete` if the work was stopped before its end."""
+    """The result of the job at `place` in the sequence; not `complete` if it was stopped before its end."""
 
     place: int
     result: BagResult
@@ -38,7 +38,7 @@ class Done:
 
 
 def in_this_process(tasks: Sequence[Task], step: Step, stopped: Stopped) -> Iterator[tuple[int, BagResult]]:
-    """Do tasks one after the other; the :data:`Runner` that needs no cluster."""
+    """Run tasks one after the other: the :data:`Runner` that needs no cluster."""
     for place, task in enumerate(tasks):
         if stopped():
             return
@@ -51,14 +51,14 @@ class Plan:
     Parameters
     ----------
     jobs : sequence of Job
-        What to do; the results do not depend on their order.
+        The jobs; their order does not affect the results.
 
     Attributes
     ----------
     clouds : int
         Number of clouds in all jobs.
     failed : list of Done
-        The jobs whose recording cannot be opened or has no such clouds.
+        Jobs whose recording cannot be opened or has no such clouds.
     """
 
     def __init__(self, jobs: Sequence[Job]) -> None:
@@ -78,16 +78,16 @@ class Plan:
         self.clouds = sum(task.clouds for task in self._tasks)
 
     def run(self, runner: Runner, step: Step, stopped: Stopped) -> Iterator[Done]:
-        """Do all that can be done; yields the result of each job as soon as its last part is there.
+        """Run all tasks; yields the result of each job as soon as its last part is finished.
 
         Parameters
         ----------
         runner : callable
-            Who does it; the results do not depend on that.
+            Where the tasks run; it does not affect the results.
         step : callable
-            Called for every cloud that is done.
+            Called for every cloud that is finished.
         stopped : callable
-            Once it says true, what is done is yielded, and nothing more is begun.
+            Once it returns true, no further work is started, and what is finished is yielded.
         """
         parts = self._parts
         for number, result in runner(self._tasks, step, stopped):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The labels that a recorded cloud carries: true ones, or those of an earlier segmentation."""
+"""The labels of a recorded cloud: true ones, or those of an earlier segmentation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from topo_region_seg.data import LabelArray
 
 LABEL = "label"
 _INTEGERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4"}
-"""NumPy type of each PointField datatype that holds whole numbers."""
+"""NumPy type of each PointField datatype that holds integers."""
 
 
 def has_labels(msg: Any) -> bool:
@@ -27,19 +27,19 @@ def labels_of(msg: Any, *, max_points: int) -> LabelArray:
     Parameters
     ----------
     msg : sensor_msgs/PointCloud2
-        Of rosbags; it needs no other field, not even coordinates.
+        A message of rosbags; it needs no other field, not even coordinates.
     max_points : int
         Clouds with more points are refused.
 
     Raises
     ------
     CloudFormatError
-        There is no such field, it holds no whole numbers, or the message contradicts itself.
+        There is no such field, it holds no integers, or the message contradicts itself.
     """
     data = np.ascontiguousarray(msg.data).reshape(-1).view(np.uint8)
     field, row_step = check_field(msg, data.nbytes, LABEL, max_points=max_points, warn=_ignore)
     if int(field.datatype) not in _INTEGERS:
-        raise CloudFormatError("label_type", f"field 'label' has datatype {field.datatype}; labels are whole numbers")
+        raise CloudFormatError("label_type", f"field 'label' has datatype {field.datatype}; labels are integers")
     kind = np.dtype(_INTEGERS[int(field.datatype)]).newbyteorder(">" if msg.is_bigendian else "<")
     height, width = int(msg.height), int(msg.width)
     if not height * width:
@@ -50,4 +50,4 @@ def labels_of(msg: Any, *, max_points: int) -> LabelArray:
 
 
 def _ignore(code: str, text: str) -> None:
-    """Leave it to the reader of the coordinates to warn."""
+    """Ignore warnings: reading the coordinates gives the same ones."""

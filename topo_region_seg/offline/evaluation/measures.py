@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The quality measures of one frame, as docs/algorithm.md defines them."""
+"""The quality measures of one frame; docs/algorithm.md defines them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from topo_region_seg.data import BoolArray, IntArray, LabelArray
 from topo_region_seg.offline.evaluation.boundaries import boundary_precision, boundary_recall
 
 FIRST_OBJECT = 20
-"""True labels from this one on are segments of objects; 0 is unknown, the rest are the surroundings."""
+"""True labels from this one up are segments of objects; 0 is unknown, the others are background."""
 
 MEASURES = ("wov", "fos", "fus", "ari", "boundary_recall", "boundary_precision", "asa", "labelled")
 """The names of the measures, in the order in which they are shown."""
@@ -30,7 +30,7 @@ def measure(
     Parameters
     ----------
     truth : (N,) uint32
-        True segments; labels from 20 on are objects. What it says of invalid points is ignored.
+        True segments; labels from 20 up are objects. Labels of invalid points are ignored.
     labels : (N,) uint32
         Regions; 0 = none.
     valid : (N,) bool
@@ -55,7 +55,7 @@ def measure(
     Raises
     ------
     ValueError
-        The arrays differ in length, or are not `height` * `width` long.
+        The arrays differ in length, or their length is not `height` * `width`.
     """
     if width is None:
         width = len(labels) // height

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an evaluation found: per frame, per recording, and over all frames."""
+"""The results of an evaluation: per frame, per recording, and over all frames."""
 
 from __future__ import annotations
 
@@ -11,31 +11,19 @@ from statistics import median
 from typing import Any
 
 from topo_region_seg.offline.evaluation.measures import MEASURES, Measures
+from topo_region_seg.offline.frames import FrameResult, Rejection
 
 
 @dataclass(frozen=True)
-class FrameResult:
-    """One measured cloud; `stamp` in seconds, `ms` per stage with `total`."""
+class MeasuredFrame(FrameResult):
+    """One cloud measured against its truth."""
 
-    stamp: float
-    points: int
-    regions: int
     measures: Measures
-    ms: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Rejected:
-    """One cloud or truth that could not be used; `stamp` in seconds (the log time where the message has none)."""
-
-    stamp: float
-    reason: str
-    detail: str
 
 
 @dataclass
 class BagResult:
-    """What was found in one recording, or in some of its clouds.
+    """The results of one recording, or of some of its clouds.
 
     Parameters
     ----------
@@ -43,14 +31,18 @@ class BagResult:
         Its name.
     topic, truth : str
         The topic of the clouds; where their truth is.
-    frames : list of FrameResult
-        The measured clouds, as recorded.
+    frames : list of MeasuredFrame
+        The measured clouds, in recorded order.
     without_truth : int
         Clouds for which there is no truth.
-    rejected : list of Rejected
+    repeated : int
+        Clouds that were paired with their truth by order, as other clouds have the same stamp.
+    rejected : list of Rejection
         Clouds and truths that cannot be used.
     problems : list of str
         A line for each damaged part that was left out.
+    notices : dict of str to str
+        The first notice of each code that the pipeline gave, such as parameters without effect.
     truncated : bool
         Whether the recording is cut short.
     error : str
@@ -60,27 +52,29 @@ class BagResult:
     bag: str
     topic: str = ""
     truth: str = ""
-    frames: list[FrameResult] = field(default_factory=list)
+    frames: list[MeasuredFrame] = field(default_factory=list)
     without_truth: int = 0
-    rejected: list[Rejected] = field(default_factory=list)
+    repeated: int = 0
+    rejected: list[Rejection] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    notices: dict[str, str] = field(default_factory=dict)
     truncated: bool = False
     error: str = ""
 
     @property
     def failed(self) -> bool:
-        """Whether something in it could not be measured, other than for want of truth."""
+        """Whether anything could not be measured for another reason than missing truth."""
         return bool(self.error or self.rejected or self.problems)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all of it, for JSON."""
+        """Return all fields, for JSON."""
         return dataclasses.asdict(self)
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> BagResult:
-        """Return what `as_dict` gave; KeyError or TypeError if it was something else."""
-        frames = [FrameResult(**frame) for frame in values["frames"]]
-        rejected = [Rejected(**rejection) for rejection in values["rejected"]]
+        """Return the inverse of `as_dict`; raises KeyError or TypeError for anything else."""
+        frames = [MeasuredFrame(**frame) for frame in values["frames"]]
+        rejected = [Rejection(**rejection) for rejection in values["rejected"]]
         return cls(**{**values, "frames": frames, "rejected": rejected})
 
 
@@ -90,20 +84,22 @@ def merged(parts: Sequence[BagResult]) -> BagResult:
     for part in parts:
         whole.frames += part.frames
         whole.without_truth += part.without_truth
+        whole.repeated += part.repeated
         whole.rejected += part.rejected
-        # Every part opens the recording, and finds the same damage.
+        # Every part reads the recording and finds the same damage.
         whole.problems += [problem for problem in part.problems if problem not in whole.problems]
+        whole.notices = {**part.notices, **whole.notices}
         whole.truncated |= part.truncated
         whole.error = whole.error or part.error
     if whole.without_truth and not whole.frames and not whole.failed:
         whole.error = (
             f"{whole.bag}: none of its {whole.without_truth} clouds has truth in {whole.truth}; "
-            "--truth-topic or --truth-bag says where it is"
+            "say where it is with --truth-topic or --truth-bag"
         )
     return whole
 
 
-def mean_measures(frames: Iterable[FrameResult]) -> Measures:
+def mean_measures(frames: Iterable[MeasuredFrame]) -> Measures:
     """Return the mean of each measure over the frames that define it; None where none does."""
     every = list(frames)
     means: Measures = {}
@@ -113,7 +109,7 @@ def mean_measures(frames: Iterable[FrameResult]) -> Measures:
     return means
 
 
-def median_ms(frames: Iterable[FrameResult]) -> float | None:
-    """Return the median time of a frame, milliseconds, as a pause of the machine says nothing; None without frames."""
+def median_ms(frames: Iterable[MeasuredFrame]) -> float | None:
+    """Return the median time per frame, milliseconds; None without frames."""
     times = [frame.ms["total"] for frame in frames]
     return median(times) if times else None

@@ -19,23 +19,25 @@ from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.evaluation.measures import measure
-from topo_region_seg.offline.evaluation.results import BagResult, FrameResult, Rejected
+from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
 from topo_region_seg.offline.evaluation.source import Source, Task
-from topo_region_seg.offline.evaluation.truth import Truth, find_truth, seconds, stamp_of
+from topo_region_seg.offline.evaluation.truth import TruthInOrder, find_truth
 from topo_region_seg.offline.evaluation.version import program_version
+from topo_region_seg.offline.frames import Rejection, rounded
+from topo_region_seg.offline.stamps import seconds, stamp_of
 from topo_region_seg.params import Params
-from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
+from topo_region_seg.pipeline import Pipeline, warm_up
 
 LABELED_POINTS = "/labeled_points"
-"""Where the node and the replay put their labels."""
+"""The topic of labels that the node and ``replay`` write."""
 
 FRAMES_A_TASK = 50
 MOST_TASKS = 8
-"""Tasks of one recording: each of them reads past the clouds of those before it."""
+"""Tasks of one recording; each of them has to read past the clouds of the tasks before it."""
 
 
 def tasks_of(source: Source, params: Params) -> list[Task]:
-    """Return the tasks that make up the evaluation of a recording; they do not depend on who does them.
+    """Return the tasks that make up the evaluation of a recording, wherever they will run.
 
     Raises
     ------
@@ -56,28 +58,28 @@ def tasks_of(source: Source, params: Params) -> list[Task]:
 def evaluate(
     task: Task, step: Callable[[], None] = lambda: None, stopped: Callable[[], bool] = lambda: False
 ) -> BagResult:
-    """Measure the clouds of a task; what cannot be measured is noted in the result.
+    """Measure the clouds of a task; the result also says what could not be measured.
 
     Parameters
     ----------
     task : Task
-        What to do.
+        The clouds and parameters.
     step : callable
         Called after each cloud.
     stopped : callable
-        Asked before each cloud; once it says true, the result is that of the clouds until then.
+        Called before each cloud; once it returns true, the result is that of the clouds so far.
     """
     result = BagResult(task.source.bag)
     if task.version != program_version():
         result.error = (
             f"{task.source.bag}: the worker has topo_region_seg {program_version()}, not {task.version}; "
-            "install the same on all machines"
+            "install the same version on all machines"
         )
         return result
     try:
         with open_bag(task.source.path) as reader:
             _evaluate(task, reader, result, step, stopped)
-            result.problems += reader.problems
+            result.problems += [problem for problem in dict.fromkeys(reader.problems) if problem not in result.problems]
             result.truncated = reader.truncated
     except BagError as error:
         result.error = str(error)
@@ -90,22 +92,29 @@ def _evaluate(
     source, limit = task.source, task.params.point_limit
     topic = _topic(reader, source)
     truth = find_truth(reader, source, limit)
-    result.topic, result.truth = topic.name, truth.topic  # empty where there is nothing to measure
+    result.topic, result.truth = topic.name, truth.topic  # both stay empty where there is nothing to measure
     if source.truth_bag is not None:
         result.problems += truth.problems
     if task.first == 0:
-        result.rejected += [Rejected(seconds(stamp), reason, text) for stamp, reason, text in truth.rejected]
+        result.rejected += truth.rejected
     if not source.recorded:
         load_kernels()
     pipeline = Pipeline(task.params)
-    for record in islice(reader.messages([topic.name]), task.first, task.end):
+    ordered = TruthInOrder(truth, reader, topic)
+    records = reader.messages([topic.name])
+    for record in islice(records, task.first):
+        ordered.skip(record)
+    for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
-            return
-        _measure(record, topic, truth, pipeline, source.recorded, result)
+            break
+        _measure(record, topic, ordered, pipeline, source.recorded, result)
         step()
+    result.repeated = ordered.repeated
 
 
-def _measure(record: Record, topic: Topic, truth: Truth, pipeline: Pipeline, recorded: bool, result: BagResult) -> None:
+def _measure(
+    record: Record, topic: Topic, truth: TruthInOrder, pipeline: Pipeline, recorded: bool, result: BagResult
+) -> None:
     stamp = record.log_time
     try:
         started = time.perf_counter()
@@ -121,26 +130,23 @@ def _measure(record: Record, topic: Topic, truth: Truth, pipeline: Pipeline, rec
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         decoded = time.perf_counter()
-        labels, stages = _recorded(msg, pipeline) if recorded else _segmented(cloud, pipeline)
+        labels, stages = _recorded(msg, pipeline) if recorded else _segmented(cloud, pipeline, result)
         done = time.perf_counter()
         valid = np.isfinite(cloud.xyz).all(axis=1)
         measures = measure(true_labels, labels, valid, cloud.height, cloud.width)
-    except CloudFormatError as error:
-        result.rejected.append(Rejected(seconds(stamp), error.reason, error.detail))
-    except MissingColorError as error:
-        result.rejected.append(Rejected(seconds(stamp), "missing_color", str(error)))
     except Exception as error:  # one bad frame never ends an evaluation
-        text = " ".join(f"{type(error).__name__}: {error}".split())
-        result.rejected.append(Rejected(seconds(stamp), "internal_error", text))
+        result.rejected.append(Rejection.of(seconds(stamp), error))
     else:
         ms = {"decode": 1e3 * (decoded - started), **stages, "total": 1e3 * (done - started)}
         regions = len(np.unique(labels[labels > 0]))
-        rounded = {stage: round(value, 3) for stage, value in ms.items()}
-        result.frames.append(FrameResult(seconds(stamp), len(cloud), regions, measures, rounded))
+        result.frames.append(MeasuredFrame(seconds(stamp), len(cloud), regions, rounded(ms), measures))
 
 
-def _segmented(cloud: Cloud, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float]]:
-    seg = pipeline.run(cloud)
+def _segmented(cloud: Cloud, pipeline: Pipeline, result: BagResult) -> tuple[LabelArray, dict[str, float]]:
+    def warn(code: str, text: str) -> None:
+        result.notices.setdefault(code, text)
+
+    seg = pipeline.run(cloud, warn)
     return seg.labels, seg.ms
 
 
@@ -149,7 +155,7 @@ def _recorded(msg: Any, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float
 
 
 def _topic(reader: BagReader, source: Source) -> Topic:
-    """Return the topic of the clouds; for recorded labels that of the node, if it is there."""
+    """Return the topic of the clouds; for recorded labels, that of the node if there is one."""
     topic = source.topic
     if topic is None and source.recorded and reader.count(LABELED_POINTS):
         topic = LABELED_POINTS
@@ -158,5 +164,5 @@ def _topic(reader: BagReader, source: Source) -> Topic:
 
 @lru_cache(maxsize=1)
 def load_kernels() -> None:
-    """Load the kernels, once in a process and before anything is timed; the first time on a machine compiles them."""
+    """Load the kernels, once per process and before anything is timed; the first run on a machine compiles them."""
     warm_up()

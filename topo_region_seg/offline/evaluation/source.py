@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is evaluated: a recording, where its truth is, and the parameters; sent to workers as it is."""
+"""What is evaluated: a recording, its truth and the parameters. Workers receive these objects."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from topo_region_seg.params import Params
 
 @dataclass(frozen=True)
 class Source:
-    """A recording and where to look in it.
+    """A recording and the topics to use.
 
     Parameters
     ----------
     bag : str
         Its name in the results.
     path : str
-        Where it is; an absolute path, which means the same to every worker.
+        Its absolute path, which has to be the same for every worker.
     topic : str or None
         The clouds; None = as :func:`~topo_region_seg.offline.bags.clouds.cloud_topic` chooses.
     truth_topic : str or None
@@ -26,7 +26,7 @@ class Source:
     truth_bag : str or None
         Another recording (absolute path) that holds the true labels.
     recorded : bool
-        Measure the labels that the clouds carry, instead of segmenting them anew.
+        Measure the recorded labels instead of segmenting the clouds.
     """
 
     bag: str
@@ -39,10 +39,22 @@ class Source:
 
 @dataclass(frozen=True)
 class Task:
-    """Some clouds of a recording with one set of parameters: those from `first` up to but not including `end`.
+    """Some clouds of a recording with one set of parameters.
 
-    `end` is None for all that follow; `clouds` is how many these should be, and `version` that of the program that
-    wants the result.
+    Parameters
+    ----------
+    source : Source
+        The recording.
+    params : Params
+        The parameters.
+    version : str
+        Version of the program that asks for the result; a worker with another one refuses.
+    first : int
+        Index of the first cloud.
+    end : int or None
+        Index after the last cloud; None for all that follow.
+    clouds : int
+        The number of clouds, as the recording claims.
     """
 
     source: Source

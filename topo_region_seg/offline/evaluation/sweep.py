@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs whose results are kept, so that work that was interrupted goes on where it stopped."""
+"""Jobs whose results are kept, so that interrupted work continues where it stopped."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from topo_region_seg.offline.evaluation.finding import content_id
 from topo_region_seg.offline.evaluation.jobs import Done, Job, Plan, Runner, Step, Stopped
 from topo_region_seg.offline.evaluation.results import BagResult
 from topo_region_seg.offline.evaluation.version import program_version
+from topo_region_seg.offline.frames import INTERNAL_ERROR
 
 
 class Sweep:
-    """Jobs, those known already taken from the cache.
+    """Jobs, with their results from the cache where there are any.
 
     Parameters
     ----------
     jobs : sequence of Job
-        What to find out.
+        The jobs.
     cache : ResultCache
         Where results are kept.
 
     Attributes
     ----------
     results : dict of int to BagResult
-        By the place of the job in `jobs`; those that are known so far.
+        Results so far, by the place of the job in `jobs`.
     cached, computed : int
         How many of them came from the cache, and how many were computed.
     clouds : int
-        Number of clouds that are still to be done.
+        Number of clouds that remain to be processed.
     """
 
     def __init__(self, jobs: Sequence[Job], cache: ResultCache) -> None:
@@ -44,7 +45,7 @@ class Sweep:
         for place, job in enumerate(jobs):
             key = _key(job, contents)
             if key is None:
-                continue  # it cannot be read, which the plan will say
+                continue  # it cannot be read; the plan reports it
             self._keys[place] = key
             known = cache.get(key, job.source.bag)
             if known is not None:
@@ -57,7 +58,7 @@ class Sweep:
             self.results[self._rest[done.place]] = done.result
 
     def run(self, runner: Runner, step: Step, stopped: Stopped, warn: Callable[[str], None]) -> None:
-        """Compute what is not known yet, keeping each result as soon as it is there.
+        """Compute the remaining results, keeping each one as soon as it is finished.
 
         Parameters
         ----------
@@ -82,7 +83,7 @@ class Sweep:
 
 
 def _key(job: Job, contents: dict[str, str]) -> Key | None:
-    """Return the key of a job's result; None if the recording cannot be read. `contents` keeps what is known."""
+    """Return the key of a job's result; None if the recording cannot be read. `contents` caches identifiers by path."""
     paths = [job.source.path, *([job.source.truth_bag] if job.source.truth_bag else [])]
     try:
         for path in paths:
@@ -95,6 +96,6 @@ def _key(job: Job, contents: dict[str, str]) -> Key | None:
 
 
 def _lasts(done: Done) -> bool:
-    """Whether another run would find the same: what went wrong by chance is tried again."""
+    """Whether another run would give the same result: chance failures are tried again."""
     result = done.result
-    return not result.error and all(rejection.reason != "internal_error" for rejection in result.rejected)
+    return not result.error and all(rejection.reason != INTERNAL_ERROR for rejection in result.rejected)

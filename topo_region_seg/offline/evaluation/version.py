@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which program made a result: the version, and a fingerprint of the code that results depend on."""
+"""The program that made a result: its version and a fingerprint of the code that results depend on."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from topo_region_seg import __version__
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 _CODE = (
+    "parameter_table.py",
     "params.py",
+    "growth.py",
     "data.py",
     "compiled",
     "steps",
@@ -21,13 +23,15 @@ _CODE = (
     "pipeline.py",
     "cloud",
     "offline/bags",
+    "offline/frames.py",
+    "offline/stamps.py",
     "offline/evaluation",
 )
 
 
 @lru_cache(maxsize=1)
 def program_version() -> str:
-    """Return such as ``0.1.0+5f2c9a1e``: two programs that may differ in their results differ in it."""
+    """Return a text such as ``0.1.0+5f2c9a1e``; programs whose results may differ have different ones."""
     digest = hashlib.sha256()
     for name in _CODE:
         path = _PACKAGE / name

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.segmentation import Segmentation
 
-_LINES = {"die": 90, "small": 24, "region": 100}  # most bars drawn of each kind
+_LINES = {"die": 90, "small": 24, "region": 100}  # bars drawn of each kind at most
 _WIDTH, _HEIGHT = 8.0, 6.0  # inches
 _BLUE = "#1f4fd8"
 _PALE = "#8fa8ea"
@@ -23,7 +23,7 @@ _PALE = "#8fa8ea"
 
 @dataclass(frozen=True)
 class _Group:
-    """Bars of one kind: how many there are, and the stepped deaths of those that are drawn."""
+    """Bars of one kind: their number, and the stepped deaths of those that are drawn."""
 
     kind: str
     count: int
@@ -34,18 +34,18 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     """Write the barcode of a segmentation: one line per generator from its birth to its (stepped) death.
 
     Bars that never die end in a triangle, as in the paper. From the bottom: bars that die, shortest first; components
-    that never die but are smaller than ``min_region_size``; components that are regions. Of many bars an
-    even sample is drawn, and the figure says how many that is.
+    that never die but are smaller than ``min_region_size``; components that are regions. If there are many bars, an
+    even sample is drawn and its size stated.
 
     Parameters
     ----------
     seg : Segmentation
-        The result; the filtration is drawn up to its scale, `params.radius` where that is given.
+        The result; the filtration is drawn up to the scale of the regions.
     path : str or Path
         The file to write; its ending gives the format (.png, .pdf, .svg).
     """
-    if seg.params.radius:
-        seg = replace(seg, components=seg.components.cut(seg.params.radius))
+    if seg.scale < seg.components.max_radius:
+        seg = replace(seg, components=seg.components.cut(seg.scale))
     groups = _groups(seg)
     unit, per_meter = ("mm", 1e3) if seg.components.max_radius < 0.1 else ("m", 1.0)
     last = seg.components.max_radius * per_meter
@@ -60,7 +60,7 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
         pale = group.kind == "small"
         color = _PALE if pale else _BLUE
         bars = LineCollection(list(lines), colors=color, linewidths=_line_width(groups))
-        bars.set_snap(False)  # rounding to pixels would make bundles of some and gaps between others
+        bars.set_snap(False)  # rounding to pixels would bundle some bars and leave gaps between others
         ax.add_collection(bars)
         if group.kind != "die":
             size = float(np.clip(700 / max(_height(groups), 1), 3.5, 8.0))
@@ -94,7 +94,7 @@ def _groups(seg: Segmentation) -> tuple[_Group, _Group, _Group]:
 
 
 def _even_sample(count: int, most: int) -> IntArray:
-    """Return up to `most` of the ranks 0..count - 1, evenly spread, the first and the last among them."""
+    """Return up to `most` of the ranks 0..count - 1, evenly spread, including the first and the last."""
     return np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
 
 
@@ -108,7 +108,7 @@ def _line_width(groups: tuple[_Group, ...]) -> float:
 
 
 def _note(ax: Axes, group: _Group, y: float) -> None:
-    """Say beside a group what it is, and how much of it is drawn."""
+    """Label a group with its kind and how many of its bars are drawn."""
     what = {
         "die": "die: joined to\nan older component",
         "small": "never die, but\nhave few points",
@@ -127,7 +127,7 @@ def _note(ax: Axes, group: _Group, y: float) -> None:
 
 
 def _ticks(seg: Segmentation, per_meter: float) -> FloatArray:
-    """Return 0 and the steps of the filtration, or every so many of them."""
+    """Return 0 and the steps of the filtration, or every k-th of many steps."""
     scales = np.append(0.0, seg.components.scales(seg.barcode.steps))
     every = -(-seg.barcode.steps // 10)
     return scales[::every] * per_meter

@@ -15,20 +15,20 @@ from topo_region_seg.offline.figures.projection import picture_of, valid_points
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
 from topo_region_seg.segmentation import Segmentation
 
-_PANEL = (6.4, 6.4)  # largest width and height of each of the two, inches
+_PANEL = (6.4, 6.4)  # largest width and height of each panel, inches
 _HEAD = 0.38  # inches for the titles
-_BACKDROP = 22  # gray level where there is no point
+_BACKDROP = 22  # gray level of pixels without a point
 
 
 def plot_before_after(cloud: Cloud, seg: Segmentation, path: str | Path) -> None:
-    """Write a picture of the cloud in its own colors beside its regions in random ones.
+    """Draw the cloud in its own colors beside its regions in random colors.
 
-    Points without a region are shown as a dim gray image, pixels without a point nearly black.
+    Points without a region are dim gray, pixels without a point nearly black.
 
     Parameters
     ----------
     cloud : Cloud
-        What was segmented.
+        The segmented cloud.
     seg : Segmentation
         The result.
     path : str or Path

@@ -20,7 +20,7 @@ from topo_region_seg.offline.figures.shading import own_colors, region_colors
 _PANEL = 4.6  # inches
 _TITLE = 0.34
 _BACKDROP = 22
-_CHANGED = (255, 214, 0)  # as bright as a color gets: told from the dim gray without seeing its hue
+_CHANGED = (255, 214, 0)  # so bright that it stands out from the dim gray without its hue
 _SMALLEST = 0.002  # share of the picture below which a region gets no number
 
 
@@ -36,9 +36,9 @@ class DifferenceRow:
 
 
 def plot_differences(rows: Sequence[DifferenceRow], path: str | Path) -> None:
-    """Write a picture with a row for each cloud: the regions of A, those of B, and the points that changed.
+    """Draw one row per cloud: the regions of A, those of B, and the points that changed.
 
-    Regions of B have the colors of their counterparts in A where they have one.
+    Regions of B have the colors of their counterparts in A, if any.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def plot_differences(rows: Sequence[DifferenceRow], path: str | Path) -> None:
 
 
 def _like(a: LabelArray, b: LabelArray, changed: BoolArray) -> LabelArray:
-    """Return for every point the label that gives its color: of the counterpart in A, else one beyond those of A."""
+    """Return the label that gives the color of every point: that of the counterpart in A, else one above those of A."""
     highest = np.uint32(np.max(a, initial=0))
     alike: LabelArray = np.where(b > 0, b + highest, np.uint32(0)).astype(np.uint32)
     kept = ~changed & (b > 0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A cloud as a picture: which point each pixel shows."""
+"""A cloud as a picture: the point that each pixel shows."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _LARGEST_SQUARE = 15  # pixels
 def picture_of(cloud: Cloud) -> IntArray:
     """Return the row of the point that each pixel shows, -1 for none, shape (height, width).
 
-    An organized cloud is its own image. An unorganized one is projected as the sensor at the origin sees it, nearer
-    points in front; where the points surround the sensor, as those of a lidar do, it is seen from outside.
+    An organized cloud is its own image. An unorganized one is projected as seen from the sensor at the origin, nearer
+    points in front; if the points surround the sensor, as those of a lidar do, it is seen from outside.
     """
     seen = valid_points(cloud)
     if cloud.organized:
@@ -33,7 +33,7 @@ def picture_of(cloud: Cloud) -> IntArray:
 
 
 def valid_points(cloud: Cloud) -> BoolArray:
-    """Return which points hold a position, (N,): finite and not exactly zero."""
+    """Return which points have a position, (N,): finite and not exactly zero."""
     valid: BoolArray = np.isfinite(cloud.xyz).all(axis=1) & cloud.xyz.any(axis=1)
     return valid
 
@@ -63,7 +63,7 @@ def _perspective(xyz: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _splat(rows: IntArray, across: FloatArray, down: FloatArray, depth: FloatArray) -> IntArray:
-    """Draw every point as a square, far ones first, so large that the squares of a surface touch."""
+    """Draw every point as a square, far ones first; the squares are so large that those of a surface touch."""
     low = np.array([np.percentile(across, 0.1), np.percentile(down, 0.1)])
     high = np.array([np.percentile(across, 99.9), np.percentile(down, 99.9)])
     scale = (_LONGER_SIDE - 2 * _MARGIN) / max(float((high - low).max()), 1e-9)
@@ -80,12 +80,12 @@ def _splat(rows: IntArray, across: FloatArray, down: FloatArray, depth: FloatArr
     inside = (uu >= 0) & (uu < width) & (vv >= 0) & (vv < height)
     picture = np.full((height, width), -1)
     point = np.broadcast_to(rows[order, None, None], inside.shape)
-    picture[vv[inside], uu[inside]] = point[inside]  # the last of several, the nearest, stays
+    picture[vv[inside], uu[inside]] = point[inside]  # of several points the last one, which is the nearest, stays
     return picture
 
 
 def _spacing(place: FloatArray) -> float:
-    """Return the median distance of points to their fourth neighbor, which on a grid is the grid's spacing."""
+    """Return the median distance of points to their fourth neighbor: on a grid, its spacing."""
     if len(place) < 5:
         return float(_LARGEST_SQUARE)
     sample = place[:: -(-len(place) // 2000)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A color for every point: its own, or that of its region."""
+"""The color of every point: its own, or that of its region."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from topo_region_seg.offline.figures.projection import valid_points
 
 
 def own_colors(cloud: Cloud) -> npt.NDArray[np.uint8]:
-    """Return the colors of a cloud, (N, 3) uint8; gray levels, nearer points brighter, where it has none."""
+    """Return the colors of a cloud, (N, 3) uint8; gray levels, brighter for nearer points, if it has none."""
     return cloud.rgb if cloud.rgb is not None else _shade_of_depth(cloud)
 
 
 def region_colors(own: npt.NDArray[np.uint8], labels: LabelArray) -> npt.NDArray[np.uint8]:
-    """Return the color of the region of every point, (N, 3) uint8; points without a region are a dim gray image."""
+    """Return the color of the region of every point, (N, 3) uint8; points without a region are dim gray."""
     dim = (own.astype(np.float32) @ np.array([0.3, 0.59, 0.11], dtype=np.float32)) * 0.35 + 30.0
     return np.where(labels[:, None] > 0, colors(labels), dim[:, None].astype(np.uint8))
 

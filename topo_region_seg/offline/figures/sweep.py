@@ -13,15 +13,15 @@ _BLUE = "#1f4fd8"
 _PALE = "#8fa8ea"
 _ORANGE = "#c2410c"
 _LISTED = 16
-"""Most sets of parameters that are named beside the plot."""
+"""Largest number of parameter sets that are named beside the plot."""
 _NUMBERED = 60
 
 
 def plot_sweep(times: Sequence[float], overlaps: Sequence[float], names: Sequence[str], path: str | Path) -> None:
-    """Draw weighted overlap over milliseconds per frame, one point per set of parameters.
+    """Draw weighted overlap against milliseconds per frame, one point per set of parameters.
 
-    The first one is the best and has a star. A line joins the sets that no other one beats in both. Points bear the
-    numbers of the table, and the first few are named.
+    The first set is the best and drawn as a star. A line joins the sets that no other one beats in both. Points have
+    the numbers of the table, and the first few are named.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def plot_sweep(times: Sequence[float], overlaps: Sequence[float], names: Sequenc
 
 
 def _front(times: Sequence[float], overlaps: Sequence[float]) -> list[int]:
-    """Return those that no other one beats in both time and overlap, fastest first."""
+    """Return the sets that no other one beats in both time and overlap, fastest first."""
     found: list[int] = []
     for i in sorted(range(len(times)), key=lambda i: (times[i], -overlaps[i])):
         if not found or overlaps[i] > overlaps[found[-1]]:

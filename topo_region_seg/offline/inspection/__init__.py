@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be measured of clouds without knowing what they show, and the parameters that follow from it."""
+"""Measuring clouds without knowing what they show, and the parameters that follow from the measurements."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How much color and normal differ between neighboring points, as the pipeline sees them."""
+"""How much color and normals differ between neighboring points, as the pipeline sees them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from topo_region_seg.steps.support import above, find_floor
 from topo_region_seg.steps.thinning import thin
 
 NEAREST = 4
-"""Neighbors of a point that are compared with it: on a surface, those around it."""
+"""Neighbors that each point is compared with: on a surface, those on its four sides."""
 
 
 @dataclass(frozen=True)
-class Things:
-    """What of a cloud is left to be segmented, not thinned yet.
+class Foreground:
+    """The points of a cloud that remain to be segmented, before thinning.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Things:
     rgb : (M, 3) uint8 or None
         Colors.
     cropped : int
-        Points within range, those of the support plane and behind it included.
+        Number of points within range, including those on and behind the support plane.
     on_plane : bool
         Whether a support plane was found.
     """
@@ -46,14 +46,14 @@ class Things:
     on_plane: bool
 
     def spacing(self) -> float:
-        """Return the median distance to the nearest other point, metres; NaN where there are none."""
+        """Return the median distance to the nearest other point, metres; NaN without one."""
         if len(self.xyz) < 2:
             return float("nan")
         sample = self.xyz[sample_rows(len(self.xyz), SAMPLE, 0)]
         return known_median(nearest_distance(cKDTree(self.xyz), sample))
 
 
-def things(cloud: Cloud, params: Params) -> Things:
+def foreground_of(cloud: Cloud, params: Params) -> Foreground:
     """Crop a cloud and remove its support plane, as the pipeline does."""
     rows = crop(cloud.xyz, params)
     xyz = cloud.xyz[rows].astype(np.float64)
@@ -64,23 +64,23 @@ def things(cloud: Cloud, params: Params) -> Things:
     if plane is not None:
         kept = above(xyz, plane, params.floor_distance)
         rows, xyz = rows[kept], np.ascontiguousarray(xyz[kept])
-    return Things(xyz, None if cloud.rgb is None else cloud.rgb[rows], cropped, plane is not None)
+    return Foreground(xyz, None if cloud.rgb is None else cloud.rgb[rows], cropped, plane is not None)
 
 
-def differences(found: Things, params: Params) -> tuple[FloatArray, FloatArray]:
+def differences(found: Foreground, params: Params) -> tuple[FloatArray, FloatArray]:
     """Return dE between neighboring points, and the angle between their normals, degrees.
 
     Parameters
     ----------
-    found : Things
-        The points, which are thinned first.
+    found : Foreground
+        The points; they are thinned first.
     params : Params
         Uses `voxel_size`, `normal_radius` and `normal_min_neighbors`.
 
     Returns
     -------
     color, angle : (P,) and (Q,) float64
-        Of a sample of points with their nearest neighbors; empty without color, or where there are too few points.
+        Differences of a sample of points from their nearest neighbors; empty without color or with too few points.
     """
     xyz, rgb, none = found.xyz, found.rgb, np.empty(0)
     if params.voxel_size > 0.0 and len(xyz):

@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 from topo_region_seg.data import BoolArray, Cloud, FloatArray, IntArray
 
 SAMPLE = 4_000
-"""Points of a cloud whose neighbors are looked at."""
+"""Points of a cloud whose neighbors are measured."""
 PLANE_POINTS = 24
-"""Points of the plane fits that give the noise: more would follow the shape of things, fewer would fit the noise."""
+"""Points of each plane fit for the noise: more would include the curvature of surfaces, fewer would fit the noise."""
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class PointFigures:
     Parameters
     ----------
     points, valid, zeros : int
-        Points of the cloud, those with a position, and those at exactly (0, 0, 0), which count as invalid.
+        Number of points, of those with a position, and of those at exactly (0, 0, 0), which count as invalid.
     distance : (M,) float64
         Distance of the sampled points from the sensor.
     spacing : (M,) float64
-        Distance to the nearest other point; exact duplicates are passed over, NaN where there is no other.
+        Distance to the nearest other point, ignoring exact duplicates; NaN without one.
     noise : (M,) float64
         Root mean square distance of a point's nearest neighbors from the plane fitted to them, corrected for the
-        three freedoms of the plane; NaN where there are too few. Edges and bends make it too large, so that only
-        its median says something of the sensor.
+        three degrees of freedom of the plane; NaN with too few neighbors. Edges and curvature increase it, so only
+        its median describes the sensor.
     """
 
     points: int
@@ -75,7 +75,7 @@ def valid_rows(cloud: Cloud) -> tuple[BoolArray, int]:
 
 
 def known_median(values: FloatArray) -> float:
-    """Return the median of the values that are known, NaN where none is."""
+    """Return the median of the finite values, NaN without any."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")
 
@@ -83,14 +83,14 @@ def known_median(values: FloatArray) -> float:
 def nearest_distance(tree: cKDTree, xyz: FloatArray) -> FloatArray:
     """Return the distance from each point (M, 3) of the tree to its nearest other, (M,); NaN without one.
 
-    Exact duplicates are passed over.
+    Exact duplicates are ignored.
     """
     distances, _ = tree.query(xyz, k=min(8, max(2, tree.n)))
     return _nearest(distances)
 
 
 def sample_rows(n: int, size: int, seed: int) -> IntArray:
-    """Return `size` different rows of `n`, ascending, or all where there are no more."""
+    """Return `size` different rows of `n`, ascending, or all rows if there are no more."""
     if n <= size:
         return np.arange(n)
     return np.sort(np.random.default_rng(seed).choice(n, size, replace=False))

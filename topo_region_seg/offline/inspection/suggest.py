@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters that follow from the spacing, noise and spread of some clouds; each with the reason in words.
+"""Parameters that follow from the spacing, noise and spread of some clouds, each with its reason.
 
-Spacing and noise set the lengths. Thresholds say what is to be parted, which no measurement knows: they keep their
+Spacing and noise determine the lengths. Thresholds decide what is separated, which cannot be measured: they keep their
 defaults unless noise alone would exceed them.
 """
 
@@ -17,14 +17,14 @@ import numpy as np
 
 from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.growth import FEWEST_SPACINGS, growth_of_regions
-from topo_region_seg.offline.inspection.neighbors import Things, differences, things
+from topo_region_seg.offline.inspection.neighbors import Foreground, differences, foreground_of
 from topo_region_seg.offline.inspection.points import PointFigures, known_median
 from topo_region_seg.params import Params
 
 PREFERRED = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
-"""Digits of a suggested length: no more are known of it."""
+"""Leading digits of suggested lengths: the measurements are not more precise."""
 FEWEST_POINTS = 20
-"""Clouds with fewer points say nothing."""
+"""Clouds with fewer points are not measured."""
 ENOUGH_POINTS = 20_000
 """Clouds with more points left to segment are thinned."""
 THINNING = math.sqrt(2.0)
@@ -39,7 +39,7 @@ NOISE_TO_PLANE = 4.0
 SPARSE = 2.0
 """Points farther apart than half of `max_radius` no longer hold together."""
 COLORED = 1.0
-"""A cloud whose neighbors differ by less in nine of ten cases (dE) has no color to go by."""
+"""If nine of ten neighbors differ by less (dE), the color carries no information."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class Advice:
-    """All suggestions, and the spread of neighbors that they rest on: quartile, median and 90 % of dE and degrees."""
+    """All suggestions, and the differences between neighbors behind them: 25, 50 and 90 % quantiles in dE and deg."""
 
     suggestions: tuple[Suggestion, ...]
     spacing: float
@@ -66,26 +66,26 @@ class Advice:
 
 
 def suggest(clouds: Sequence[Cloud], figures: Sequence[PointFigures]) -> Advice | None:
-    """Derive parameters from clouds and what `point_figures` says of each; None where no cloud has enough points."""
+    """Derive parameters from clouds and the `point_figures` of each; None if no cloud has enough points."""
     distance = np.concatenate([f.distance for f in figures])
     if len(distance) < FEWEST_POINTS:
         return None
-    known = _Known(Params())
-    known.range(distance)
-    known.plane(clouds, known_median(np.concatenate([f.noise for f in figures])))
-    found = [things(cloud, known.params) for cloud in clouds]
+    suggester = _Suggester(Params())
+    suggester.range(distance)
+    suggester.plane(clouds, known_median(np.concatenate([f.noise for f in figures])))
+    found = [foreground_of(cloud, suggester.params) for cloud in clouds]
     found = [each for each in found if len(each.xyz) >= FEWEST_POINTS]
     spacing = known_median(np.array([each.spacing() for each in found]))
-    if not math.isfinite(spacing):  # nothing left, or all points at one place
+    if not math.isfinite(spacing):  # no points left, or all at the same position
         return None
-    known.lengths(found, spacing)
-    known.color(found)
-    known.far_end(np.concatenate([f.spacing / f.distance for f in figures]), distance)
-    return known.advice()
+    suggester.lengths(found, spacing)
+    suggester.color(found)
+    suggester.far_end(np.concatenate([f.spacing / f.distance for f in figures]), distance)
+    return suggester.advice()
 
 
-class _Known:
-    """The parameters as they become known, one after the other."""
+class _Suggester:
+    """Sets the parameters one after the other: later ones depend on earlier ones."""
 
     def __init__(self, params: Params) -> None:
         self.params = params
@@ -102,14 +102,14 @@ class _Known:
         self._set("min_range", near, f"99.5 % of the points are farther than {low:.2f} m")
 
     def plane(self, clouds: Sequence[Cloud], noise: float) -> None:
-        """Decide on the removal of a support plane; `noise` is that of the depth, metres."""
+        """Decide whether to remove a support plane; `noise` is the depth noise, metres."""
         wide = _preferred(NOISE_TO_PLANE * noise) if math.isfinite(noise) else 0.0
         default = self.params.floor_distance
-        said = f"{NOISE_TO_PLANE:g} times the depth noise of {1e3 * noise:.1f} mm"
-        why = f"{said} is more than the default" if wide > default else f"the default; {said} is no more"
+        margin = f"{NOISE_TO_PLANE:g} times the depth noise of {1e3 * noise:.1f} mm"
+        why = margin if wide > default else f"the default; {margin} is not larger"
         self._set("floor_distance", min(max(default, wide), 0.1), why)
         trial = self.params.replace(remove_floor=True)
-        seen = [things(cloud, trial) for cloud in clouds]
+        seen = [foreground_of(cloud, trial) for cloud in clouds]
         with_plane = [t for t in seen if t.on_plane]
         left = [len(t.xyz) / t.cropped for t in with_plane]
         carries = 2 * len(with_plane) > len(seen) and float(np.median(left)) > 0.01
@@ -118,29 +118,29 @@ class _Known:
             why += f", {100 * np.median(left):.0f} % of the points in front of it"
         self._set("remove_floor", carries, why)
 
-    def lengths(self, found: Sequence[Things], spacing: float) -> None:
-        """Set all that follows from the spacing (m) and noise of what is left to segment."""
+    def lengths(self, found: Sequence[Foreground], spacing: float) -> None:
+        """Set the lengths that follow from the spacing (m) and noise of the points left to segment."""
         count = int(np.median([len(each.xyz) for each in found]))
-        said = f"{count:,} points left to segment, {1e3 * spacing:.2g} mm apart"
+        left = f"{count:,} points left to segment, {1e3 * spacing:.2g} mm apart"
         if count > ENOUGH_POINTS:
-            self._set("voxel_size", _preferred(THINNING * spacing), f"{said}: every second is enough")
+            self._set("voxel_size", _preferred(THINNING * spacing), f"{left}: every second one is enough")
         else:
-            self._set("voxel_size", 0.0, f"{said}: few enough to use all")
+            self._set("voxel_size", 0.0, f"{left}: few enough to use all")
         self._spacing = spacing
         step = max(spacing, self.params.voxel_size)
         self._normals(found, step)
         radius = self.params.normal_radius
         reach = min(max(2.0 * radius, _preferred(FEWEST_SPACINGS * step)), 10.0)
-        why = "twice normal_radius: the normals of points farther apart have no points in common"
+        why = "twice normal_radius: normals of points farther apart share no neighbors"
         self._set("max_radius", reach, why if reach == 2.0 * radius else f"{FEWEST_SPACINGS:g} spacings")
         patch = math.pi * (self.params.normal_radius / spacing) ** 2
         self._set(
             "min_region_size",
             min(max(round(_preferred(patch)), 16), 2_000),
-            f"fewer points than the {patch:.0f} within normal_radius have no surface of their own",
+            f"about the {patch:.0f} points within normal_radius: fewer are not a surface",
         )
 
-    def _normals(self, found: Sequence[Things], step: float) -> None:
+    def _normals(self, found: Sequence[Foreground], step: float) -> None:
         threshold = self.params.angle_threshold
         tried: list[tuple[float, float]] = []
         for radius in _radii(step):
@@ -158,31 +158,31 @@ class _Known:
             self._set("angle_threshold", threshold, "the default; too few points have normals")
             return
         noise, radius = tried[-1]
-        said = f"19 of 20 neighbors on a smooth surface differ by less than {noise:.1f} deg"
-        self._set("normal_radius", radius, f"with {radius / step:.1f} spacings {said}")
+        spread_of = f"19 of 20 neighbors on a smooth surface differ by less than {noise:.1f} deg"
+        self._set("normal_radius", radius, f"{radius / step:.1f} spacings: {spread_of}")
         higher = min(math.ceil(2 * noise) / 2, 30.0)
-        why = f"the default; {said}" if noise <= threshold else f"above the noise: {said}"
+        why = f"the default; {spread_of}" if noise <= threshold else f"above the noise: {spread_of}"
         self._set("angle_threshold", max(threshold, higher) if noise > threshold else threshold, why)
 
-    def color(self, found: Sequence[Things]) -> None:
+    def color(self, found: Sequence[Foreground]) -> None:
         """Decide on the features, and on the color threshold."""
         spreads = [_spread(differences(each, self.params)[0]) for each in found if each.rgb is not None]
         spread = _typical([s for s in spreads if s])
         self._color = spread
         threshold = self.params.color_threshold
         if spread is None or spread[2] < COLORED:
-            without = "the clouds have no color" if spread is None else "the color is the same everywhere"
+            without = "the clouds have no color" if spread is None else "the color is nearly uniform"
             self._set("features", "normals", without)
             self._set("color_threshold", threshold, "not used without color")
             return
-        self._set("features", "color+normals", f"color is there: neighbors differ by up to {spread[2]:.1f} dE")
+        self._set("features", "color+normals", f"the clouds have color: neighbors differ by up to {spread[2]:.1f} dE")
         noise = COLOR_PASSES * spread[0]
-        said = f"noise alone stays below {noise:.1f} dE"
-        why = f"the default; {said}" if noise <= threshold else f"above the noise: {said} in 99 of 100 neighbors"
+        below = f"noise alone stays below {noise:.1f} dE"
+        why = f"the default; {below}" if noise <= threshold else f"above the noise: {below} for 99 of 100 neighbors"
         self._set("color_threshold", max(threshold, float(min(math.ceil(noise), 50))), why)
 
     def far_end(self, growth: FloatArray, distance: FloatArray) -> None:
-        """Cut off the range where points lie too far apart; `growth` is their spacing per metre of distance."""
+        """Limit the range where points are too far apart; `growth` is their spacing per metre of distance."""
         per_metre = known_median(growth)
         max_radius = growth_of_regions(self.params).max_radius
         reach = max_radius / (SPARSE * per_metre)
@@ -192,12 +192,12 @@ class _Known:
             self._set(
                 "max_range",
                 reach,
-                f"farther points ({share:.0f} %) lie more than {1e3 * max_radius / SPARSE:.2g} mm apart, "
+                f"farther points ({share:.0f} %) are more than {1e3 * max_radius / SPARSE:.2g} mm apart, "
                 f"half of max_radius",
             )
 
     def advice(self) -> Advice:
-        """Return all in the order of the parameter table."""
+        """Return all suggestions in the order of the parameter table."""
         names = [row.name for row in Params.table() if row.name in self._reasons]
         return Advice(
             tuple(Suggestion(name, getattr(self.params, name), self._reasons[name]) for name in names),
@@ -212,7 +212,7 @@ class _Known:
 
 
 def _preferred(value: float) -> float:
-    """Round to the nearest of a few digits, by ratio; within what the range of any length parameter holds."""
+    """Round to the nearest preferred length, by ratio, within the range of any length parameter."""
     value = min(max(value, 1e-6), 1e3)
     exponent = math.floor(math.log10(value))
     scale = 10.0**exponent
@@ -221,7 +221,7 @@ def _preferred(value: float) -> float:
 
 
 def _radii(step: float) -> list[float]:
-    """Return the preferred lengths between the smallest and the largest radius, in the range of the parameter."""
+    """Return the preferred lengths from the smallest to the largest radius, within the range of the parameter."""
     low, high = (min(max(_preferred(factor * step), 5e-4), 1.0) for factor in RADII)
     decades = range(math.floor(math.log10(low)), math.floor(math.log10(high)) + 1)
     lengths = {float(f"{digit * 10.0**decade:.3g}") for decade in decades for digit in PREFERRED}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The figures of several clouds together."""
+"""The measurements of several clouds combined."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from topo_region_seg.offline.inspection.points import PointFigures, known_median
 
 BANDS = 5
-"""Bands of range that hold equally many points."""
+"""Number of distance bands with equally many points."""
 PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
 
 
@@ -29,20 +29,20 @@ class Band:
 
 @dataclass(frozen=True)
 class PointSummary:
-    """Measured clouds together; shares from 0 to 1, lengths in metres.
+    """Measurements of several clouds combined; shares from 0 to 1, lengths in metres.
 
     Parameters
     ----------
     clouds : int
-        How many were measured.
+        Number of measured clouds.
     invalid, zeros : float
-        Share of the points without a position, and of those at exactly (0, 0, 0), which are among them.
+        Share of the points without a position, including those at exactly (0, 0, 0), and of the latter alone.
     range : dict of int to float
         Percentiles of the distance from the sensor.
     spacing, noise : float
         Medians over all points; NaN where no point has a neighbor.
     bands : tuple of Band
-        The same by distance, near to far.
+        The medians by distance, near to far.
     """
 
     clouds: int
@@ -55,7 +55,7 @@ class PointSummary:
 
 
 def summarize(figures: Sequence[PointFigures]) -> PointSummary | None:
-    """Put the figures of several clouds together; None where there is no valid point."""
+    """Combine the measurements of several clouds; None without a valid point."""
     points = sum(f.points for f in figures)
     if not sum(f.valid for f in figures):
         return None

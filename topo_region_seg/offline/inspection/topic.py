@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One topic of clouds in a recording: all of its messages read, some of its clouds measured."""
+"""One topic of clouds in a recording: all messages are read, some clouds are measured."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NANOSECONDS = 1_000_000_000
 
 @dataclass(frozen=True)
 class Layout:
-    """How the points of a cloud lie in its message; `fields` as "x f32 at 0"."""
+    """The layout of a cloud in its message; `fields` such as "x f32 at 0"."""
 
     fields: tuple[str, ...]
     point_step: int
@@ -38,24 +38,24 @@ class Layout:
 
 @dataclass
 class TopicReport:
-    """What was found of a topic.
+    """The findings on a topic.
 
     Parameters
     ----------
     topic : Topic
-        Name, type and count as the recording says.
+        Name, type and count according to the recording.
     layouts : Counter of Layout
-        Clouds of each layout.
+        Number of clouds of each layout.
     unreadable : Counter of str
-        Clouds that cannot be decoded, by reason.
+        Number of clouds that cannot be decoded, by reason.
     out_of_order : int
-        Clouds whose stamp is before that of the cloud before.
+        Number of clouds with an earlier stamp than the cloud before.
     log_times : list of int
-        Nanoseconds, as read.
+        Log times in recorded order, nanoseconds.
     figures : list of PointFigures
-        Of the measured clouds.
+        Measurements of some clouds.
     advice : Advice or None
-        Suggested parameters, None where the clouds say too little.
+        Suggested parameters; None if the clouds have too few points.
     color : bool
         Whether the measured clouds have color.
     """
@@ -70,21 +70,21 @@ class TopicReport:
     color: bool = False
 
     def rate(self) -> float | None:
-        """Return clouds per second by the median time between two, None for fewer than two."""
+        """Return clouds per second, from the median interval; None for fewer than two clouds."""
         steps = np.diff(np.sort(np.array(self.log_times, np.float64)))
         middle = float(np.median(steps)) if len(steps) else 0.0
         return NANOSECONDS / middle if middle > 0.0 else None
 
 
 class TopicInspector:
-    """Looks at the messages of one topic, one after the other.
+    """Reads the messages of one topic and measures some of them.
 
     Parameters
     ----------
     topic : Topic
         The topic.
     samples : int
-        Clouds to measure, spread evenly over the count of the topic.
+        Number of clouds to measure, spread evenly over the topic.
     """
 
     def __init__(self, topic: Topic, samples: int) -> None:
@@ -95,14 +95,16 @@ class TopicInspector:
         self._last_stamp: tuple[int, int] | None = None
 
     def look(self, reader: BagReader) -> TopicReport:
-        """Read all messages and return what they are."""
+        """Read all messages and return the findings."""
         for number, record in enumerate(reader.messages([self._topic.name])):
             self._report.log_times.append(record.log_time)
             try:
                 msg = decode_message(record, self._topic)
                 self._report.layouts[layout_of(msg)] += 1
                 self._order(msg.header.stamp)
-                if {f.name for f in msg.fields}.issuperset(COORDINATES):  # others, such as truth, are no clouds to use
+                if {f.name for f in msg.fields}.issuperset(
+                    COORDINATES
+                ):  # others, such as truth, are not clouds to segment
                     cloud = decode(msg, max_points=Params().max_points)
                     self._clouds += [cloud] if number in self._wanted else []
             except CloudFormatError as error:
@@ -124,7 +126,7 @@ class TopicInspector:
 
 
 def layout_of(msg: Any) -> Layout:
-    """Read the layout of a message."""
+    """Return the layout of a message."""
     return Layout(
         fields=tuple(_field(f) for f in msg.fields),
         point_step=int(msg.point_step),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A barcode in few numbers: the bars of regions, the longest of the others, and how the deaths are spread."""
+"""A summary of a barcode: the bars of regions, the longest of the others, and a histogram of the deaths."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from topo_region_seg.offline.runs.barcodes import Bars
 
 LONGEST = 30
-"""Most bars of a kind that are drawn one by one."""
+"""Largest number of bars of a kind that are drawn one by one."""
 BINS = 40
 
 
 def summarized(bars: Bars, max_radius: float) -> dict[str, Any]:
-    """Return what the page draws of a barcode.
+    """Return the parts of a barcode that the page draws.
 
     Parameters
     ----------
@@ -28,10 +28,10 @@ def summarized(bars: Bars, max_radius: float) -> dict[str, Any]:
     Returns
     -------
     dict
-        `max_mm`; `total` bars; `forever`, how many never die; `region_count`, and `regions`, the labels of the first of
-        them with the death of their longest bar, None for one that never dies;
+        `max_mm`; `total`, the number of bars; `forever`, how many never die; `region_count`, and `regions`, the labels
+        of the first of them with the death of their longest bar, None if it never dies;
         `longest`, pairs of death in mm and label; `histogram`, the number of deaths in each of BINS equal parts of the
-        filtration; `anew`.
+        filtration; `anew`, whether the barcode was computed for the page.
     """
     endless = np.isinf(bars.death)
     labels, place = np.unique(bars.label, return_inverse=True)
@@ -53,7 +53,7 @@ def summarized(bars: Bars, max_radius: float) -> dict[str, Any]:
         "region_count": len(regions),
         "longest": [[_millimeters(bars.death[row]), int(bars.label[row])] for row in longest],
         "histogram": histogram.tolist(),
-        "anew": bars.anew,
+        "anew": bars.computed,
     }
 
 

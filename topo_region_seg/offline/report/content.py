@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What goes into the page, gathered from a run in one pass, within the page's size."""
+"""The content of the page, gathered from a run in one pass and limited in size."""
 
 from __future__ import annotations
 
@@ -13,34 +13,33 @@ import numpy as np
 from topo_region_seg.data import IntArray, LabelArray
 from topo_region_seg.growth import growth_of_output
 from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, Measures
-from topo_region_seg.offline.evaluation.truth import RecordedTruth
 from topo_region_seg.offline.figures.projection import picture_of
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
+from topo_region_seg.offline.frames import FrameResult
 from topo_region_seg.offline.report.bars import summarized
 from topo_region_seg.offline.report.pictures import data_uri, outlined, paint, small_view
 from topo_region_seg.offline.report.points import BYTES_A_POINT, packed_points
 from topo_region_seg.offline.runs.barcodes import Bars
-from topo_region_seg.offline.runs.record import FrameRecord
 from topo_region_seg.offline.runs.run import Run, RunFrame
-from topo_region_seg.offline.runs.truth import quality
+from topo_region_seg.offline.runs.truth import RunTruth, quality
 
 PICTURE_BYTES = 5_500_000
-"""Of all pictures together, as they stand in the page."""
+"""Of all pictures together, as encoded in the page."""
 POINT_BYTES = 3_000_000
 """Of all points of the 3D view together."""
 MOST_PICTURED = 200
 MOST_POINTS = 30_000
 LARGEST_PICTURE = 60_000
 _SIDES = (480, 400, 320, 240)
-_LEGIBLE = 9_000  # bytes that a picture of the longest side needs to look well
+_LEGIBLE = 9_000  # bytes that a picture of the largest size needs for good quality
 
 
 @dataclass
 class FrameContent:
-    """What the page shows of one frame; `pictures` are pairs of a caption and a data URI."""
+    """The content of one frame; `pictures` are pairs of a caption and a data URI."""
 
     index: int
-    record: FrameRecord
+    record: FrameResult
     frame_id: str = ""
     quality: Measures | None = None
     pictures: list[tuple[str, str]] = field(default_factory=list)
@@ -49,18 +48,18 @@ class FrameContent:
 
 
 def points_a_frame(chosen: int) -> int:
-    """Return how many points each of so many chosen frames may have in 3D."""
+    """Return how many points each of the chosen frames may have in 3D."""
     return min(MOST_POINTS, POINT_BYTES * 3 // 4 // (BYTES_A_POINT * max(1, chosen)))  # base64 takes 4 for 3
 
 
 def evenly(count: int, most: int) -> list[int]:
-    """Return up to `most` of the indices 0..count - 1, evenly spread, the first and the last among them."""
+    """Return up to `most` of the indices 0..count - 1, evenly spread, including the first and the last."""
     return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(int)).tolist() if count else []
 
 
 def gather(
     run: Run,
-    truth: RecordedTruth | None,
+    truth: RunTruth | None,
     chosen: Collection[int],
     barcodes: Mapping[int, Bars],
     step: Callable[[str], None] = lambda text: None,
@@ -71,10 +70,10 @@ def gather(
     ----------
     run : Run
         The run.
-    truth : RecordedTruth or None
+    truth : RunTruth or None
         True labels of its clouds.
     chosen : collection of int
-        Indices of the frames that are shown in 3D.
+        Indices of the frames shown in 3D.
     barcodes : mapping of int to Bars
         Barcodes by index.
     step : callable
@@ -86,7 +85,7 @@ def gather(
     most_points = points_a_frame(len(chosen))
     for given in run.frames():
         content = frames[given.index]
-        true_labels = truth.of(given.msg) if truth else None
+        true_labels = truth.of(given) if truth else None
         content.quality = quality(given, true_labels)
         content.frame_id = str(given.msg.header.frame_id)
         if given.index in pictured:
@@ -102,7 +101,7 @@ def gather(
 
 
 def in_region_colors(frame: RunFrame, truth: LabelArray) -> LabelArray:
-    """Return for every point of a true object the region that covers most of that object, 0 elsewhere, (N,) uint32."""
+    """Return the region that covers most of the true object of every point, (N,) uint32; 0 outside of objects."""
     objects = frame.valid & (truth >= FIRST_OBJECT)
     covering = np.zeros(len(truth), np.uint32)
     for segment in np.unique(truth[objects]):

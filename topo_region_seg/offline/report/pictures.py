@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Small pictures of clouds, with outlines and numbers, so that regions are told apart without color too."""
+"""Small pictures of clouds, with outlines and numbers that distinguish regions without color."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from PIL import Image, ImageDraw, ImageFont
 from topo_region_seg.data import BoolArray, IntArray, LabelArray
 
 BACKDROP = 22
-"""Gray level where there is no point."""
+"""Gray level of pixels without a point."""
 _SMALLEST = 0.002  # share of the picture below which a region gets no number
 _DENSE = 0.25  # share of all regions' pixels that are borders from which on lines are dark shades of the regions
 _QUALITIES = (82, 70, 55, 40, 25)
 
 
 def small_view(picture: IntArray, side: int) -> IntArray:
-    """Return the part of a picture that shows points, its longer side reduced to `side` pixels by leaving out some."""
+    """Return the part of a picture that shows points, subsampled so that its longer side has at most `side` pixels."""
     rows, columns = np.flatnonzero((picture >= 0).any(axis=1)), np.flatnonzero((picture >= 0).any(axis=0))
     if len(rows):
         picture = picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
@@ -42,7 +42,7 @@ def paint(colors: npt.NDArray[np.uint8], view: IntArray) -> npt.NDArray[np.uint8
 def outlined(
     image: npt.NDArray[np.uint8], labels: LabelArray, view: IntArray, names: dict[int, str] | None = None
 ) -> Image.Image:
-    """Return the image with dark lines between regions and a number in each that is large enough.
+    """Return the image with dark lines between regions and a number in each large region.
 
     Parameters
     ----------
@@ -53,11 +53,11 @@ def outlined(
     view : (H, W) int64
         Row of the point at each pixel, -1 for none.
     names : dict of int to str, optional
-        What to write in place of a label.
+        Text in place of a label.
     """
     shown = np.concatenate([labels, np.zeros(1, labels.dtype)])[view]
     image, lines = image.copy(), _borders(shown)
-    # Black lines would leave little of many small patches.
+    # Black lines would cover most of many small patches.
     dense = np.count_nonzero(lines & (shown > 0)) > _DENSE * np.count_nonzero(shown)
     image[lines] = image[lines] // 2 if dense else 0
     result = Image.fromarray(image)
@@ -73,7 +73,7 @@ def outlined(
 
 
 def data_uri(image: Image.Image, budget: int) -> str:
-    """Return the image as WebP in a data URI of at most `budget` characters, reduced as far as that takes."""
+    """Return the image as WebP in a data URI of at most `budget` characters, in lower quality or size if necessary."""
     while True:
         for quality in _QUALITIES:
             stream = io.BytesIO()
@@ -88,7 +88,7 @@ def data_uri(image: Image.Image, budget: int) -> str:
 
 
 def _borders(shown: LabelArray) -> BoolArray:
-    """Return the pixels of a region whose right or lower neighbor is of another, or of none and the reverse."""
+    """Return the pixels whose right or lower neighbor has another label, (H, W)."""
     border = np.zeros(shown.shape, np.bool_)
     border[:, :-1] |= shown[:, :-1] != shown[:, 1:]
     border[:-1] |= shown[:-1] != shown[1:]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A sample of a cloud's points in few bytes, for the 3D view of the page."""
+"""A compact sample of a cloud's points for the 3D view of the page."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ def packed_points(
     Parameters
     ----------
     cloud : Cloud
-        The points; far outliers are left out.
+        The cloud; distant outliers are left out.
     own : (N, 3) uint8
         Their colors.
     labels : (N,) uint32
         Their regions.
     truth : (N,) uint32 or None
-        The regions whose colors show the truth.
+        The regions in whose colors the truth is shown.
     most : int
-        How many points.
+        Largest number of points.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def packed_points(
     total = len(rows)
     center, extent, axes = np.zeros(3), 1.0, np.eye(3)
     if total:
-        # The regions in the middle, with some of what is around them; without regions all that is there.
+        # The regions with some of their surroundings; without regions, all points.
         inner = rows[labels[rows] > 0] if labels[rows].any() else rows
         xyz = np.asarray(cloud.xyz[inner], np.float64)
         center = (np.percentile(xyz, 2, axis=0) + np.percentile(xyz, 98, axis=0)) / 2

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of a run as the charts draw them: one value a frame."""
+"""The series of the charts: one value per frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from topo_region_seg.offline.report.content import FrameContent, stages
 
 QUALITY = {"wov": "WOv", "fos": "Fos", "fus": "Fus"}
-"""The measures that are drawn, with their names."""
+"""The measures in the chart, with their names."""
 
 
 def charts(frames: Sequence[FrameContent]) -> dict[str, dict[str, Any]]:

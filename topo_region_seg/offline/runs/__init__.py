@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs: recordings that a replay wrote, with a record of how; read again, and compared frame by frame."""
+"""Runs: recordings written by ``replay``, with a record of how they were made; read back and compared by frame."""

@@ -4,8 +4,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,9 +12,10 @@ import numpy.typing as npt
 
 from topo_region_seg.data import BoolArray, IntArray, LabelArray
 from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, Measures, measure
-from topo_region_seg.offline.evaluation.truth import RecordedTruth
+from topo_region_seg.offline.runs.pairing import StampCounts
 from topo_region_seg.offline.runs.run import Run, RunFrame
-from topo_region_seg.offline.runs.truth import quality
+from topo_region_seg.offline.runs.truth import RunTruth, quality
+from topo_region_seg.offline.stamps import ordinals
 
 
 @dataclass(frozen=True)
@@ -27,18 +27,18 @@ class FrameChange:
     stamp : float
         Seconds.
     index : tuple of int
-        Its place in A and in B.
+        Its index in A and in B.
     regions : tuple of int
-        In A and in B.
+        Number of regions in A and in B.
     wov, ari : float or None
         Weighted overlap of the regions of A with those of B, and the adjusted Rand index of the two on the points of
-        regions of A; 1 where they are the same, None where the clouds differ in size.
+        regions of A; 1 if they are the same, None if the clouds differ in size.
     changed : float or None
-        Share of the valid points whose region in one run is not the counterpart of that in the other.
+        Share of the valid points whose regions in the two runs are not counterparts.
     ms : dict of str to (float or None, float or None)
         Milliseconds per stage, and `total`.
     quality : tuple of Measures or None
-        Of A and of B, where the truth is known.
+        Quality of A and of B, where the truth is known.
     """
 
     stamp: float
@@ -58,11 +58,22 @@ class FrameChange:
 
 @dataclass
 class Comparison:
-    """All frames of two runs; `only_a` and `only_b` are the stamps, in seconds, of frames without a counterpart."""
+    """All frames of two runs.
+
+    Parameters
+    ----------
+    frames : list of FrameChange
+        Those of both runs.
+    only_a, only_b : list of float
+        Stamps (s) of frames without a counterpart.
+    unpaired : list of float
+        Those of them that repeat: which frame of A belongs to which of B is not known.
+    """
 
     frames: list[FrameChange] = field(default_factory=list)
     only_a: list[float] = field(default_factory=list)
     only_b: list[float] = field(default_factory=list)
+    unpaired: list[float] = field(default_factory=list)
 
     def most_changed(self, count: int) -> list[FrameChange]:
         """Return the frames that changed most: by the points that changed, then by the number of regions."""
@@ -75,25 +86,26 @@ class Comparison:
 
 
 def compare(
-    a: Run, b: Run, truth: RecordedTruth | None = None, step: Callable[[str], None] = lambda text: None
+    a: Run, b: Run, truth: RunTruth | None = None, step: Callable[[str], None] = lambda text: None
 ) -> Comparison:
-    """Compare two runs; frames are matched by stamp, and those of equal stamps in order.
+    """Compare two runs, frame by frame as :func:`matched` pairs them.
 
     Parameters
     ----------
     a, b : Run
         The runs.
-    truth : RecordedTruth, optional
-        True labels of their clouds.
+    truth : RunTruth, optional
+        True labels of the frames of A.
     step : callable
         Called after each pair.
     """
     result = Comparison()
-    partners = {of_b: of_a for of_a, of_b in matched(a, b)}
+    pairs, result.unpaired = matched(a, b)
+    partners = {of_b: of_a for of_a, of_b in pairs}
     waiting: dict[int, RunFrame] = {}
     frames_a = a.frames(set(partners.values()))
     for frame in b.frames(partners):
-        # Both runs keep the order of the recording, so that as a rule no more than one frame waits.
+        # Both runs keep the order of the recording, so usually at most one frame waits.
         partner = partners[frame.index]
         while partner not in waiting and (read := next(frames_a, None)):
             waiting[read.index] = read
@@ -107,24 +119,37 @@ def compare(
     return result
 
 
-def matched(a: Run, b: Run) -> Iterator[tuple[int, int]]:
-    """Iterate over the indices in A and B of frames of the same stamp; the second of a stamp goes with the second."""
-    places: dict[tuple[float, int], int] = {}
-    for run, found in ((b, None), (a, places)):
-        seen: Counter[float] = Counter()
-        for index, frame in enumerate(run.record.frames):
-            key = frame.stamp, seen[frame.stamp]
-            seen[frame.stamp] += 1
-            if found is None:
-                places[key] = index
-            elif key in found:
-                yield index, found[key]
+def matched(a: Run, b: Run) -> tuple[list[tuple[int, int]], list[float]]:
+    """Pair the frames of equal stamps; where a stamp repeats, the first with the first, the second with the second.
+
+    Returns
+    -------
+    pairs : list of (int, int)
+        Indices in A and B.
+    unpaired : list of float
+        Repeated stamps (s) of which one of the runs has more clouds than the other or has rejected some, so that the
+        order does not say which frames belong together.
+    """
+    of_a, of_b = (ordinals(frame.stamp for frame in run.record.frames) for run in (a, b))
+    counts_a, counts_b = StampCounts(a.record), StampCounts(b.record)
+
+    def known(stamp: float) -> bool:
+        clouds = counts_a.clouds(stamp), counts_b.clouds(stamp)
+        return max(clouds) == 1 or (clouds[0] == clouds[1] and counts_a.ordered(stamp) and counts_b.ordered(stamp))
+
+    places = {key: index for index, key in enumerate(of_b)}
+    common = sorted({stamp for stamp, _ in of_a} & {stamp for stamp, _ in of_b})
+    unpaired = [stamp for stamp in common if not known(stamp)]
+    left_out = set(unpaired)
+    pairs = [(index, places[key]) for index, key in enumerate(of_a) if key in places and key[0] not in left_out]
+    return pairs, unpaired
 
 
 def changed_points(a: LabelArray, b: LabelArray) -> BoolArray:
-    """Return which points changed their region, (N,): those that are not in a pair of counterparts.
+    """Return which points changed their region, (N,).
 
-    A region of A and one of B are counterparts if each is what covers most of the other; so is "no region" with itself.
+    A point has changed unless its regions in A and B are counterparts: each covers most of the other. "No region" is
+    its own counterpart.
     """
     pairs, where, count = np.unique(a.astype(np.uint64) << np.uint64(32) | b, return_inverse=True, return_counts=True)
     of_a, of_b = pairs >> np.uint64(32), pairs & np.uint64(0xFFFFFFFF)
@@ -135,7 +160,7 @@ def changed_points(a: LabelArray, b: LabelArray) -> BoolArray:
 
 
 def _largest(group: npt.NDArray[np.uint64], count: IntArray) -> BoolArray:
-    """Return which rows have the largest count of their group; of equal ones the first."""
+    """Return which rows have the largest count of their group; of equal counts, the first."""
     order = np.lexsort((-np.arange(len(group)), count, group))
     last = order[np.append(group[order][1:] != group[order][:-1], True)] if len(group) else order
     largest = np.zeros(len(group), np.bool_)
@@ -143,11 +168,11 @@ def _largest(group: npt.NDArray[np.uint64], count: IntArray) -> BoolArray:
     return largest
 
 
-def _change(a: RunFrame, b: RunFrame, truth: RecordedTruth | None) -> FrameChange:
+def _change(a: RunFrame, b: RunFrame, truth: RunTruth | None) -> FrameChange:
     wov = ari = changed = None
     if len(a.labels) == len(b.labels):
         wov, ari, changed = _agreement(a.labels, b.labels, a.valid)
-    true_labels = truth.of(a.msg) if truth else None
+    true_labels = truth.of(a) if truth else None
     stages = dict.fromkeys([*a.record.ms, *b.record.ms])
     return FrameChange(
         stamp=a.record.stamp,
@@ -166,7 +191,7 @@ def _agreement(a: LabelArray, b: LabelArray, valid: BoolArray) -> tuple[float, f
     if np.array_equal(a, b) or not len(a):
         return 1.0, 1.0, 0.0
     changed = float(changed_points(a, b).mean())
-    # The measures take true segments from FIRST_OBJECT on.
+    # For the measures, true segments begin at FIRST_OBJECT.
     found = measure(np.where(a > 0, a + np.uint32(FIRST_OBJECT - 1), np.uint32(0)), b, np.ones(len(a), np.bool_))
     wov, ari = found["wov"], found["ari"]
     return (0.0, 0.0, changed) if wov is None or ari is None else (wov, ari, changed)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far two runs may lie apart."""
+"""Limits on the differences between two runs."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from topo_region_seg.offline.runs.comparison import Comparison
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on a comparison, None = any value will do; those of a frame hold for every frame.
+    """Limits on a comparison; None accepts any value. Limits on a frame hold for every frame.
 
     Parameters
     ----------
     max_region_change : int
-        Regions of a frame, more or fewer.
+        Change in the number of regions of a frame.
     min_wov, min_ari : float
         Agreement of the regions of a frame.
     max_changed : float
-        Share of the points of a frame that changed.
+        Share of changed points of a frame.
     max_ms_ratio : float
-        Median time a frame of B divided by that of A.
+        Median time per frame of B divided by that of A.
     max_quality_loss : float
         Mean WOv against the truth of A minus that of B.
     max_unmatched : int
-        Frames that only one of the runs has.
+        Number of frames that only one of the runs has.
     """
 
     max_region_change: int | None = None
@@ -42,7 +42,7 @@ class Limits:
 
 
 def summary(found: Comparison) -> dict[str, float | None]:
-    """Return the figures that limits are set on, by the name of the limit without "max" or "min"; None if unknown."""
+    """Return the figures that have limits, by the name of the limit without "max" or "min"; None if unknown."""
     frames = found.frames
     ratio = None
     times = [pair for frame in frames if None not in (pair := frame.ms.get("total", (None, None)))]
@@ -66,7 +66,7 @@ def summary(found: Comparison) -> dict[str, float | None]:
 
 
 def broken(found: Comparison, sums: dict[str, float | None], limits: Limits) -> list[str]:
-    """Return a line for each limit that is broken; one whose figure is not known is broken too."""
+    """Return a line for each exceeded limit; a limit on an unknown figure counts as exceeded."""
     lines = []
     for name in Limits.__dataclass_fields__:
         limit, value = getattr(limits, name), sums[name.partition("_")[2]]
@@ -74,7 +74,7 @@ def broken(found: Comparison, sums: dict[str, float | None], limits: Limits) -> 
             continue
         what = f"--{name.replace('_', '-')} {limit:g}"
         if value is None:
-            reason = "the truth is not known" if name == "max_quality_loss" else "there is nothing to compare"
+            reason = "the truth is unknown" if name == "max_quality_loss" else "there is nothing to compare"
             lines.append(f"{what}: {reason}")
         elif (value < limit) if name.startswith("min") else (value > limit):
             lines.append(f"{what}: it is {value:g}")

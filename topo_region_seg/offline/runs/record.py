@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay writes into its recording about itself, so that the recording alone explains its results."""
+"""The record of a run that ``replay`` attaches to its output, so that the output alone explains its results."""
 
 from __future__ import annotations
 
@@ -13,60 +13,42 @@ from datetime import datetime, timezone
 from typing import Any
 
 import topo_region_seg
+from topo_region_seg.offline.frames import FrameResult, Rejection
 
 RECORD_NAME = "topo_region_seg/run"
 """Name of the MCAP attachment."""
 MEDIA_TYPE = "application/json"
 FORMAT = 1
-"""Raised when an older program could no longer read what is written."""
+"""Increased when older programs can no longer read the record."""
 _PACKAGES = ("numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True)
-class FrameRecord:
-    """One segmented cloud: `stamp` in seconds, milliseconds per stage with `total`."""
-
-    stamp: float
-    points: int
-    regions: int
-    ms: dict[str, float]
-
-
-@dataclass(frozen=True)
-class RejectedRecord:
-    """One cloud that could not be segmented: `stamp` in seconds, the code of the reason, and the reason in words."""
-
-    stamp: float
-    reason: str
-    detail: str
-
-
-@dataclass(frozen=True)
 class RunRecord:
-    """How a run came about: frames in the order in which they were written.
+    """How a run was made.
 
     Parameters
     ----------
     source, topic : str
         Path of the recording that was read, absolute, and the topic of its clouds.
     frames, rejected : list
-        One entry a cloud.
+        One entry per cloud, in the order in which they were written.
     truncated, interrupted : bool
-        Whether the source was cut short, or the run ended by Ctrl-C.
+        Whether the source was cut short, and whether Ctrl-C ended the run.
     problems : list of str
         One line for each damaged part of the source.
     params : dict
         Names and values of all parameters.
     versions : dict of str to str
-        Of this package, Python and the libraries that calculate.
+        Versions of this package, Python and the numerical libraries.
     created : str
-        When, UTC, as in ``2026-01-31T12:00:00+00:00``.
+        Time of the run, UTC, as in ``2026-01-31T12:00:00+00:00``.
     """
 
     source: str
     topic: str
-    frames: list[FrameRecord]
-    rejected: list[RejectedRecord]
+    frames: list[FrameResult]
+    rejected: list[Rejection]
     truncated: bool
     interrupted: bool
     problems: list[str]
@@ -85,13 +67,13 @@ class RunRecord:
         Raises
         ------
         ValueError
-            It is no such record, or one of a newer program; the message says which part.
+            It is not a record, or that of a newer program; the message names the part.
         """
         content = json.loads(text)
         given = _typed(content, dict, "the record")
         number = _typed(given.get("format"), int, "format")
         if number > FORMAT:
-            raise ValueError(f"it has format {number}, this program knows up to {FORMAT}")
+            raise ValueError(f"it has format {number}, this program reads formats up to {FORMAT}")
         return cls(
             source=_typed(given.get("source"), str, "source"),
             topic=_typed(given.get("topic"), str, "topic"),
@@ -110,19 +92,14 @@ class RunRecord:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of this package, of Python and of the libraries that calculate."""
+    """Return the versions of this package, Python and the numerical libraries."""
     found = {"topo_region_seg": topo_region_seg.__version__, "python": platform.python_version()}
     return found | {name: importlib.metadata.version(name) for name in _PACKAGES}
 
 
-def rounded(ms: Mapping[str, float]) -> dict[str, float]:
-    """Return milliseconds to the microsecond, which is what a clock in Python is good for."""
-    return {stage: round(value, 3) for stage, value in ms.items()}
-
-
-def _frame(entry: Any) -> FrameRecord:
+def _frame(entry: Any) -> FrameResult:
     given = _typed(entry, dict, "frames")
-    return FrameRecord(
+    return FrameResult(
         stamp=_number(given, "stamp"),
         points=_typed(given.get("points"), int, "points"),
         regions=_typed(given.get("regions"), int, "regions"),
@@ -130,20 +107,20 @@ def _frame(entry: Any) -> FrameRecord:
     )
 
 
-def _rejected(entry: Any) -> RejectedRecord:
+def _rejected(entry: Any) -> Rejection:
     given = _typed(entry, dict, "rejected")
     texts = (_typed(given.get(name), str, name) for name in ("reason", "detail"))
-    return RejectedRecord(_number(given, "stamp"), *texts)
+    return Rejection(_number(given, "stamp"), *texts)
 
 
 def _number(given: Mapping[str, Any], name: str) -> float:
     value = given.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
-        raise ValueError(f"{name} is {value!r}, no number")
+        raise ValueError(f"{name} is {value!r}, not a number")
     return float(value)
 
 
 def _typed(value: Any, kind: type, name: str) -> Any:
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise ValueError(f"{name} is {str(value)[:40]!r}, no {kind.__name__}")
+        raise ValueError(f"{name} is {str(value)[:40]!r}, not a {kind.__name__}")
     return value

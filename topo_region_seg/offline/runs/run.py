@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A run, read again: its record, and its labeled clouds one by one."""
+"""A run, read back: its record, and its labeled clouds one by one."""
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,9 @@ from topo_region_seg.offline.bags.attachments import read_attachment
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError
 from topo_region_seg.offline.evaluation.labels import labels_of
-from topo_region_seg.offline.runs.record import RECORD_NAME, FrameRecord, RunRecord
+from topo_region_seg.offline.frames import FrameResult
+from topo_region_seg.offline.runs.record import RECORD_NAME, RunRecord
+from topo_region_seg.offline.stamps import StampQueue, seconds, stamp_of
 from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.params import Params
 
@@ -33,19 +34,19 @@ class RunFrame:
     Parameters
     ----------
     index : int
-        Its place in the run, from 0.
-    record : FrameRecord
-        What the record says of it.
+        Its index in the run, from 0.
+    record : FrameResult
+        Its entry in the record.
     msg : sensor_msgs/PointCloud2
         As recorded.
     cloud : Cloud
         Its points.
     labels : (N,) uint32
-        Their regions; 0 = none.
+        Its regions; 0 = none.
     """
 
     index: int
-    record: FrameRecord
+    record: FrameResult
     msg: Any
     cloud: Cloud
     labels: LabelArray
@@ -58,16 +59,16 @@ class RunFrame:
 
 
 class Run:
-    """A recording that a replay wrote.
+    """A recording written by ``replay``.
 
     Attributes
     ----------
     path : Path
-        Where it is.
+        File or folder.
     record : RunRecord
-        How it came about.
+        How it was made.
     params : Params
-        With which parameters.
+        Its parameters.
     problems : list of str
         One line for each damaged part of the recording; grows while frames are read.
     """
@@ -79,13 +80,11 @@ class Run:
         self.problems: list[str] = []
 
     def frames(self, wanted: Collection[int] | None = None) -> Iterator[RunFrame]:
-        """Read the labeled clouds, or those of some indices; each is matched with its record by stamp.
+        """Read the labeled clouds, or those with given indices; each is matched with its entry in the record by stamp.
 
-        Clouds that cannot be read, and clouds without a record, go to `problems`.
+        Clouds that cannot be read and clouds without an entry go to `problems`.
         """
-        places: dict[float, deque[int]] = defaultdict(deque)
-        for index, frame in enumerate(self.record.frames):
-            places[frame.stamp].append(index)
+        places = StampQueue(frame.stamp for frame in self.record.frames)
         with open_bag(self.path) as reader:
             if not reader.count(LABELED_POINTS):
                 return
@@ -93,20 +92,24 @@ class Run:
             for message in reader.messages([LABELED_POINTS]):
                 try:
                     msg = decode_message(message, topic)
-                    stamp = msg.header.stamp.sec + msg.header.stamp.nanosec * 1e-9
-                    if not places[stamp]:
-                        self.problems.append(f"{self.path}: the cloud of {stamp:.9f} s is not in the record")
+                    stamp = seconds(stamp_of(msg))
+                    index = places.take(stamp)
+                    if index is None:
+                        self._note(f"{self.path}: the cloud of {stamp:.9f} s is not in the record")
                         continue
-                    index = places[stamp].popleft()
                     if wanted is not None and index not in wanted:
                         continue
                     cloud = decode(msg, max_points=self.params.point_limit)
                     labels = labels_of(msg, max_points=self.params.point_limit)
                 except CloudFormatError as error:
-                    self.problems.append(f"{self.path}: {error}")
+                    self._note(f"{self.path}: {error}")
                     continue
                 yield RunFrame(index, self.record.frames[index], msg, cloud, labels)
-            self.problems += reader.problems
+            self._note(*reader.problems)
+
+    def _note(self, *problems: str) -> None:
+        """Add problems, each once however often the frames are read."""
+        self.problems += [problem for problem in dict.fromkeys(problems) if problem not in self.problems]
 
 
 def open_run(path: str | Path) -> Run:
@@ -115,14 +118,14 @@ def open_run(path: str | Path) -> Run:
     Raises
     ------
     BagError
-        It cannot be opened, or no replay has written its record into it; the message says which.
+        It cannot be opened, or has no record of a run; the message says which.
     """
     path = Path(path)
-    with open_bag(path) as reader:  # says what is wrong with files that are no recordings
+    with open_bag(path) as reader:  # has clear errors for files that are not recordings
         labeled = reader.count(LABELED_POINTS)
     data = read_attachment(path, RECORD_NAME)
     if data is None:
-        what = "was written by an older replay, or is cut short" if labeled else "is no output of a replay"
+        what = "was written by an older version, or is cut short" if labeled else "was not written by replay"
         raise BagError(f"{path}: {what} (it has no '{RECORD_NAME}'); make it with: topo_region_seg replay BAG -o OUT")
     try:
         record = RunRecord.from_json(data)

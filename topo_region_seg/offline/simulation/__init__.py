@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An RGB-D camera before a tabletop, ray-cast with NumPy, with ground truth.
+"""An RGB-D camera in front of a tabletop, ray-cast with NumPy, with ground truth.
 
 >>> from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 >>> frame = simulate(tabletop(seed=1), Camera.kinect(320, 240), seed=1)

@@ -26,7 +26,7 @@ class Camera:
     fx, fy, cx, cy : float
         Focal lengths and principal point, pixels.
     eye, target : (x, y, z)
-        Where the camera is and what it looks at, metres; not exactly above one another.
+        Position of the camera and the point it looks at, metres; not exactly above one another.
     """
 
     width: int
@@ -40,12 +40,12 @@ class Camera:
 
     @classmethod
     def kinect(cls, width: int = 640, height: int = 480) -> Camera:
-        """Return a camera with the field of view of a Kinect, before the table, looking at its middle."""
+        """Return a camera with the field of view of a Kinect, in front of the table, looking at its middle."""
         focal = 525.0 * width / 640
         return cls(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
 
     def look(self, eye: tuple[float, float, float], target: tuple[float, float, float] = TABLE_CENTER) -> Camera:
-        """Return the same camera elsewhere."""
+        """Return the same camera with another pose."""
         return replace(self, eye=eye, target=target)
 
     @property

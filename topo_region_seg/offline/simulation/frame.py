@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One simulated frame: an organized cloud as a sensor would deliver it, and what is true of it."""
+"""One simulated frame: an organized cloud as a sensor would deliver it, with ground truth."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class SimulatedFrame:
     Parameters
     ----------
     cloud : Cloud
-        Organized, float32, NaN where the sensor has no depth (the color is there all the same).
+        Organized, float32, NaN where the sensor has no depth (the color is present).
     labels : (N,) uint32
         Truth: 0 invalid, 1-9 background bodies, 20-29 parts of the first object, 30-39 of the second, ...
     xyz : (N, 3) float64
-        True points in the camera's frame, metres; NaN where there is nothing.
+        True points in the camera's frame, metres; NaN where there is no surface.
     normals : (N, 3) float64
-        True unit normals towards the camera; NaN where there is nothing.
+        True unit normals towards the camera; NaN where there is no surface.
     """
 
     cloud: Cloud
@@ -41,12 +41,12 @@ KINECT = DepthNoise()
 
 
 def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: DepthNoise | None = KINECT) -> SimulatedFrame:
-    """Return what `camera` delivers of `scene`; the same arguments always give the same frame.
+    """Return the frame that `camera` delivers of `scene`; the same arguments always give the same frame.
 
     Parameters
     ----------
     scene : Scene
-        What there is to see.
+        The scene.
     camera : Camera
         Intrinsics and pose.
     seed : int

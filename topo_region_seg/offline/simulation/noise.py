@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise of a structured-light RGB-D camera (first Kinect).
 
-The camera triangulates against a projector `baseline` metres beside it and knows the disparity d = f b / z to
+The camera triangulates against a projector `baseline` metres beside it and measures the disparity d = f b / z to
 1/8 pixel. Noise and rounding of d become errors of the depth that grow with z^2 (Khoshelham and Oude Elberink, 2012).
 """
 
@@ -32,9 +32,9 @@ class DepthNoise:
     disparity_step : float
         Rounding of the disparity, pixels; 0 = none.
     grazing_from, grazing_to : float
-        Angles of incidence between which the share of lost points goes from 0 to 1, degrees.
+        Angles of incidence between which the share of lost points rises from 0 to 1, degrees.
     edge_jump : float
-        Jump of the depth between neighbor pixels that counts as an edge, as a share of the depth.
+        Depth difference between neighboring pixels that counts as an edge, as a share of the depth.
     edge_loss, random_loss : float
         Share of points lost at depth edges and everywhere.
     color_sigma : float
@@ -72,11 +72,11 @@ class DepthNoise:
         Parameters
         ----------
         depth, cosine : (H, W) float64
-            True depth (metres, NaN for nothing) and cosine of the angle of incidence.
+            True depth (metres, NaN without a surface) and cosine of the angle of incidence.
         focal : float
             Focal length of the delivered image, its pixels.
         rng : numpy.random.Generator
-            Decides for each pixel.
+            Source of randomness.
         """
         nothing = np.isnan(depth)
         angle = np.degrees(np.arccos(np.clip(np.where(nothing, 1.0, cosine), 0.0, 1.0)))
@@ -90,7 +90,7 @@ class DepthNoise:
         return lost
 
     def shadowed(self, depth: FloatArray, focal: float) -> BoolArray:
-        """Return which pixels of `depth` (H, W) the projector, to the right of the camera, does not light."""
+        """Return which pixels of `depth` (H, W) the projector, to the right of the camera, does not illuminate."""
         height, width = depth.shape
         valid = np.isfinite(depth)
         disparity: FloatArray = focal * self.baseline / np.where(valid, depth, np.inf)

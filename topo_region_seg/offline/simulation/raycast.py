@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ray casting: what each pixel of a camera sees of a scene, exactly."""
+"""Ray casting: the exact surface point that each pixel of a camera sees."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _GRAIN_CELL = 0.004
 
 @dataclass(frozen=True)
 class Rendering:
-    """What a camera sees, one row per pixel.
+    """The view of a camera, one row per pixel.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _shade(world_normals: FloatArray) -> FloatArray:
 def _labels(owner: IntArray, piece: IntArray, background: int, shape: tuple[int, int]) -> LabelArray:
     """Label the background bodies and the connected pieces of the objects' faces.
 
-    The pieces of an object count from the largest; when there are more than ten the smallest share the last label.
+    The pieces of an object are numbered from the largest; of more than ten, the smallest share the last label.
     """
     labels = np.where(owner < background, owner + 1, 0).astype(np.uint32)
     for number in np.unique(owner[owner >= background]).tolist():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of clouds with their truth, as an RGB-D driver's clouds would be recorded."""
+"""Recordings of clouds with their truth, in the layout of an RGB-D driver."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def write_recording(
     start: int = START,
     frame_id: str = FRAME_ID,
 ) -> int:
-    """Write clouds and the truth about their points to a recording.
+    """Write clouds and the true labels of their points to a recording.
 
     Parameters
     ----------
     path : str or Path
-        Where to: ``NAME.mcap`` gives one file, any other name a rosbag2 folder.
+        Output: ``NAME.mcap`` gives one file, any other name a rosbag2 folder.
     frames : iterable of (Cloud, (N,) uint32)
         Colored clouds with the true label of every point.
     period : float
@@ -88,7 +88,7 @@ def camera_cloud(header: Any, cloud: Cloud) -> Any:
         If the cloud has no color.
     """
     if cloud.rgb is None:
-        raise ValueError("a camera's cloud has color, this one has none")
+        raise ValueError("the cloud has no color, which a camera's cloud must have")
     types = bag_types()
     points = np.zeros(len(cloud), dtype=_POINT)
     points["xyz"] = cloud.xyz

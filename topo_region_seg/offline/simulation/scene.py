@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What stands before the camera: painted bodies in a world frame with z up, lengths in metres."""
+"""The scene in front of the camera: colored bodies in a world frame with z up, lengths in metres."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Paint:
     band : (r, g, b) or None
         Color of a printed band around the sides, which counts as a part of its own.
     band_from, band_to : float
-        Where the band runs, as fractions of the height.
+        Lower and upper end of the band, as fractions of the height.
     grain : float
         Amplitude of a fine random texture of 4 mm cells, 8-bit levels.
     """
@@ -40,18 +40,18 @@ class Paint:
 
 @dataclass(frozen=True)
 class Body:
-    """A shape, painted and put somewhere.
+    """A shape with a color and a pose.
 
     Parameters
     ----------
     shape : Shape
-        Its form in its own frame.
+        Its geometry in its own frame.
     paint : Paint
         Its color.
     position : (x, y, z)
-        Where the center of the shape is, metres.
+        Position of the center of the shape, metres.
     yaw, tilt : float
-        Turn about the world's z after a turn about the shape's own x, radians.
+        Rotation about the world's z axis after one about the shape's own x axis, radians.
     """
 
     shape: Shape

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The shapes bodies are made of: where rays from one point first enter them, each in its own frame."""
+"""The shapes of bodies: where rays from one point first enter them, each in its own frame."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Shape(Protocol):
 
     @property
     def bounding_radius(self) -> float:
-        """Radius of a sphere around the origin that holds the shape, metres."""
+        """Radius of a sphere around the origin that contains the shape, metres."""
 
     @property
     def half_height(self) -> float:

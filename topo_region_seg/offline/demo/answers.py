@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the node answers, taken from DDS: recorded as it comes, and told frame by frame."""
+"""The node's answers, received over DDS: recorded as they arrive, and reported frame by frame."""
 
 from __future__ import annotations
 
@@ -45,28 +45,28 @@ class Answer:
     ms: float | None
 
 
-class Witness:
-    """Takes serialized messages and keeps what the node answered; a context manager that finishes the recording.
+class AnswerRecorder:
+    """Receives serialized messages and records the node's answers; a context manager that finishes the recording.
 
     Parameters
     ----------
     path : Path
-        Where the labeled recording goes.
-    tell : callable
-        Called with each answer as it comes.
+        File of the labeled recording.
+    report : callable
+        Called with each answer as it arrives.
     """
 
-    def __init__(self, path: Path, tell: Callable[[Answer], None]) -> None:
+    def __init__(self, path: Path, report: Callable[[Answer], None]) -> None:
         self.answers: list[Answer] = []
         self.last: Labels | None = None
-        self._tell = tell
+        self._report = report
         self._sent: dict[int, float] = {}
         self._bag = BagWriter(path)
         for topic in (LABELED, COUNT):
             self._bag.add_topic(topic, TOPICS[topic])
 
     def __call__(self, topic: str, data: bytes) -> None:
-        """Take a message."""
+        """Receive a message."""
         now = time.monotonic()
         if topic == CLOUDS:
             self._sent[_stamp(data)] = now
@@ -89,7 +89,7 @@ class Witness:
         )
         self.answers.append(answer)
         self.last = Labels(stamp, labels)
-        self._tell(answer)
+        self._report(answer)
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of all answers, see :mod:`topo_region_seg.offline.demo.report`."""
@@ -102,7 +102,7 @@ class Witness:
             "frames": [asdict(answer) for answer in self.answers],
         }
 
-    def __enter__(self) -> Witness:
+    def __enter__(self) -> AnswerRecorder:
         return self
 
     def __exit__(
@@ -123,6 +123,6 @@ def labels_of(message: Any) -> LabelArray:
 
 
 def _stamp(data: bytes) -> int:
-    """Return the header's stamp in nanoseconds, which lies first, after 4 bytes of encapsulation."""
+    """Return the header's stamp in nanoseconds, which comes first, after 4 bytes of encapsulation."""
     sec, nanosec = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
     return int(sec * 10**9 + nanosec)

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What became of a recorded cloud: a result, or the reason for which it was rejected."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from topo_region_seg.cloud.layout import CloudFormatError
+from topo_region_seg.pipeline import MissingColorError
+
+INTERNAL_ERROR = "internal_error"
+"""Reason of clouds on which the program itself failed; a later run may succeed."""
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """One processed cloud.
+
+    Parameters
+    ----------
+    stamp : float
+        Header stamp, seconds.
+    points, regions : int
+        Number of points, invalid ones included, and of regions.
+    ms : dict of str to float
+        Milliseconds per stage, and their `total`.
+    """
+
+    stamp: float
+    points: int
+    regions: int
+    ms: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """One message that could not be used.
+
+    Parameters
+    ----------
+    stamp : float
+        Header stamp, seconds; the log time where the message has none.
+    reason, detail : str
+        Code of the reason, and the reason in words.
+    """
+
+    stamp: float
+    reason: str
+    detail: str
+
+    @classmethod
+    def of(cls, stamp: float, error: Exception) -> Rejection:
+        """Return the rejection of a cloud that raised `error`."""
+        if isinstance(error, CloudFormatError):
+            return cls(stamp, error.reason, error.detail)
+        if isinstance(error, MissingColorError):
+            return cls(stamp, "missing_color", str(error))
+        return cls(stamp, INTERNAL_ERROR, " ".join(f"{type(error).__name__}: {error}".split()))
+
+
+def rounded(ms: Mapping[str, float]) -> dict[str, float]:
+    """Return milliseconds rounded to microseconds: finer digits are noise."""
+    return {stage: round(value, 3) for stage, value in ms.items()}
