@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.params import Params
 
@@ -52,14 +52,13 @@ def rows_in_range(
     xyz: npt.NDArray[np.floating], sensor: FloatArray, near: float, far: float, drop_zeros: bool
 ) -> IntArray:
     """Return the rows (M,) at a distance from `sensor` (3,) within [near, far], metres; what is not finite is not."""
-    xyz, sensor = borrowed(xyz), borrowed(sensor)
     rows = np.empty(len(xyz), np.int64)
     count = 0
     for i in range(len(xyz)):
         x, y, z = np.float64(xyz[i, 0]), np.float64(xyz[i, 1]), np.float64(xyz[i, 2])
         dx, dy, dz = x - sensor[0], y - sensor[1], z - sensor[2]
         range2 = dx * dx + dy * dy + dz * dz
-        rows[index(count)] = i
+        rows[count] = i
         zero = (x == 0.0) & (y == 0.0) & (z == 0.0)
         # False for NaN and infinities.
         keep = (range2 <= far * far) & (range2 >= near * near) & (range2 < np.inf) & (not (zero & drop_zeros))

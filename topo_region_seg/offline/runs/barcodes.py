@@ -86,7 +86,8 @@ def _computed(
     limit = run.params.point_limit
     for index, msg in _messages(run, place, run.record.topic, labels, with_rejected=True):
         try:
-            cloud = sensor.place(decode(msg, max_points=limit), msg)
+            cloud = decode(msg, max_points=limit, needs_color=pipeline.needs_color)
+            cloud = sensor.place(cloud, msg)
             if len(cloud) != len(labels[index]):
                 continue  # not the recording that was replayed
             seg = pipeline.run(cloud, _ignore)  # the replay has reported its notices

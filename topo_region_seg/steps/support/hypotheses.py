@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel, summing
+from topo_region_seg.compiled.dialect import kernel, summing
 from topo_region_seg.data import FloatArray, IntArray
 
 FIRST = 128
@@ -24,7 +24,6 @@ def best_hypothesis(
     Triples are drawn until a plane with more points, or with the `fewest` (N) that count, is missed with at most the
     probability `miss`. The points (N, 3) are in no particular order, so that the first of them stand for all.
     """
-    xyz, triples = borrowed(xyz), borrowed(triples)
     n = len(xyz)
     first = min(FIRST, n)
     best, best_offset = 0, 0.0

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray, Plane
 
 
@@ -18,12 +18,11 @@ def above(xyz: FloatArray, plane: Plane, distance: float) -> IntArray:
 @kernel
 def rows_above(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> IntArray:
     """Return the rows (M,) more than `distance` (m) in front of the plane ``normal · x + offset = 0``."""
-    xyz = borrowed(xyz)
     rows = np.empty(len(xyz), np.int64)
     count = 0
     u, v, w = normal[0], normal[1], normal[2]
     for i in range(len(xyz)):
-        rows[index(count)] = i
+        rows[count] = i
         height = u * xyz[i, 0] + v * xyz[i, 1] + w * xyz[i, 2] + offset
         count += 1 if height > distance else 0
     kept: IntArray = rows[:count].copy()
