@@ -15,7 +15,7 @@ from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.small_regions import NEAREST, settle_small_regions
+from topo_region_seg.steps.small_regions import CANDIDATES, settle_small_regions
 
 
 def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarray:
@@ -38,7 +38,7 @@ def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarra
             continue
         offset = points.xyz[foreign] - points.xyz[p]
         d2 = offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2
-        near = sorted(zip(d2, keys[foreign].tolist(), foreign, strict=True))[:NEAREST]
+        near = sorted(zip(d2, keys[foreign].tolist(), foreign, strict=True))[:CANDIDATES]
         difference = [
             np.sum((points.lab[q] - points.lab[p]) ** 2) / params.color_threshold**2
             + np.sum((points.normals[q] - points.normals[p]) ** 2) / limit**2
