@@ -95,7 +95,12 @@ class Replay:
         with self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = seconds(stamp_of(given.msg))
-            given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
+            given.cloud = decode(
+                given.msg,
+                max_points=self._pipeline.params.point_limit,
+                warn=self._warn_once,
+                needs_color=self._pipeline.needs_color,
+            )
         given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
 
@@ -104,7 +109,13 @@ class Replay:
         if given.cloud is not None:
             started = time.perf_counter()
             with self._rejections(given):
-                seg = self._tracker.follow(given.cloud, self._pipeline.run(given.cloud, self._warn_once), given.stamp)
+                seg = self._tracker.follow(
+                    given.cloud,
+                    self._pipeline.run(given.cloud, self._warn_once),
+                    given.stamp,
+                    given.msg.header.frame_id,
+                    self._warn_once,
+                )
             given.run_ms = 1e3 * (time.perf_counter() - started)
         return seg
 
