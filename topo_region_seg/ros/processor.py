@@ -82,15 +82,9 @@ class FrameProcessor:
         if not frame.msg.header.frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
         stamp = frame.msg.header.stamp
-<<<<<<< HEAD
         seg = pipeline.run(cloud, self._notice)
-        seg = self._tracker.follow(cloud, seg, stamp.sec + 1e-9 * stamp.nanosec)
-=======
-        seg = pipeline.run(cloud, self._log.once)
-        seg = self._tracker.follow(
-            cloud, seg, stamp.sec + 1e-9 * stamp.nanosec, frame.msg.header.frame_id, self._log.once
-        )
->>>>>>> tracking
+        seconds = stamp.sec + 1e-9 * stamp.nanosec
+        seg = self._tracker.follow(cloud, seg, seconds, frame.msg.header.frame_id, self._notice)
         segmented = time.monotonic()
         self._outputs.publish(frame.msg, cloud, seg)
         published = time.monotonic()
