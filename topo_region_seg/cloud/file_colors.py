@@ -68,8 +68,11 @@ def _from_channels(
         channels = channels.view(np.uint8)
     odd = ~((channels >= 0) & (channels <= LARGEST))  # NaN among them
     if wrong := int((odd.any(axis=1) & valid).sum()):
-        spread = f"{', '.join(names)} of {wrong} points are not within 0 and {LARGEST}, or not numbers"
-        warn("unreadable_color", f"{spread}; no color is used")
+        where = f"in {wrong} point{'' if wrong == 1 else 's'}"
+        warn(
+            "unreadable_color",
+            f"{', '.join(names)} are below 0, above {LARGEST} or no numbers {where}; no color is used",
+        )
         return None
     return as_bytes(np.where(odd, np.zeros((), channels.dtype), channels))
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import yaml
 from bag_maker import cloud_entries, count_entry, write_folder, write_mcap, write_split_folder
+from recording_maker import SqliteKind, write_sqlite
 from rosbags.rosbag2 import StoragePlugin
 
 from topo_region_seg.offline.bags import BagError, open_bag
@@ -143,6 +144,21 @@ def test_tables_that_are_not_those_of_a_recording(schema: str, tmp_path: Path) -
     database.close()
     with pytest.raises(BagError, match=r"a\.db3"):
         open_bag(path)
+
+
+def test_what_a_killed_recorder_left_in_its_log_is_told(tmp_path: Path) -> None:
+    path = write_sqlite(tmp_path / "a", cloud_entries(2), SqliteKind(journal="wal", folder=False))
+    assert records(path)[1].problems == []
+    killed = tmp_path / "killed"
+    with sqlite3.connect(path) as database:
+        database.execute("PRAGMA wal_autocheckpoint = 0")
+        database.execute("INSERT INTO messages (topic_id, timestamp, data) VALUES (1, 3000000000, x'00')")
+        database.commit()
+        shutil.copytree(path.parent, killed)
+    database.close()
+    found, reader = records(killed / path.name)
+    assert [record.log_time for record in found] == [10**9, 2 * 10**9]
+    assert len(reader.problems) == 1 and f"{path.name}-wal is not read" in reader.problems[0]
 
 
 def test_a_damaged_part_of_a_split_recording_costs_only_itself(whole: Path, tmp_path: Path) -> None:

@@ -132,11 +132,19 @@ def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
         raise BagError(
             f"{name or path}: cannot be opened ({error.strerror}); check the name and the permissions"
         ) from None
+    reader: BagReader | None = None
     if not cut:
         with suppress(BagError):
             mend = "'ros2 bag reindex' on the folder may mend it"
-            return RosbagsFile(path, Ros2Reader, mend, lambda: SqliteScan(path, name), name)
-    return SqliteScan(path, name)
+            reader = RosbagsFile(path, Ros2Reader, mend, lambda: SqliteScan(path, name), name)
+    reader = reader or SqliteScan(path, name)
+    log = path.with_name(f"{path.name}-wal")
+    if log.is_file() and log.stat().st_size:
+        reader.problems.append(
+            f"{reader.path}: what a killed recorder left in {log.name} is not read; to bring it in, run on a copy of "
+            f"both: sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)'"
+        )
+    return reader
 
 
 def _one_line(error: Exception) -> str:
