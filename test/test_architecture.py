@@ -81,7 +81,7 @@ EXTERNAL_ROOMS = {
     "distributed": {"offline.evaluation"},
     "dask": {"offline.evaluation"},
 }
-NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "yaml", "imgviz"}
+NOT_ON_A_ROBOT = {"rosbags", "mcap", "lz4", "zstandard", "matplotlib", "rich", "pypcd4", "imgviz"}
 
 
 def module_name(path: Path) -> str:

@@ -42,6 +42,11 @@ class Pipeline:
         self.params = params or Params()
         self._told = False
 
+    @property
+    def needs_color(self) -> bool:
+        """Whether the criterion compares colors, so that a cloud without is refused."""
+        return growth_of_output(self.params).uses_color
+
     def run(self, cloud: Cloud, warn: Callable[[str, str], None] | None = None) -> Segmentation:
         """Segment a cloud.
 

@@ -12,9 +12,10 @@ from scipy.spatial import cKDTree
 
 from topo_region_seg.beyond.objects.continuation import regions_along
 from topo_region_seg.beyond.objects.convexity import Borders, find_borders
-from topo_region_seg.beyond.objects.turns import mean_turns, oriented_blocks
+from topo_region_seg.beyond.objects.curvature import mean_curvatures
 from topo_region_seg.beyond.objects.unite import _unite_convex
 from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import growth_of_output
@@ -116,7 +117,7 @@ def test_borders_are_those_of_all_pairs(seed: int) -> None:
     loose = rng.random(400) < 0.1
     normals[loose], region[loose] = np.nan, -1
     tree = position_tree(xyz)
-    blocks, uniform = oriented_blocks(tree, xyz, normals), uniform_regions(tree, region)
+    blocks, uniform = leaf_blocks(tree, xyz, normals), uniform_regions(tree, region)
     found = find_borders(tree, blocks, region[tree.order], uniform, reach, tolerance, 0, 0)
     a, b = cKDTree(xyz).query_pairs(reach, output_type="ndarray").T
     judged = (region[a] != region[b]) & ~loose[a] & ~loose[b]
@@ -145,7 +146,7 @@ def test_turns_are_those_of_all_pairs(middle: float) -> None:
     normals[rng.random(500) < 0.1] = np.nan
     normals[0] = np.nan
     tree, radius, turn = position_tree(xyz), 0.015, np.empty(500)
-    mean_turns(tree, oriented_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
+    mean_curvatures(tree, leaf_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
     known = ~np.isnan(normals[:, 0])
     for i in range(500):
         apart = xyz[i] - xyz
@@ -160,8 +161,8 @@ def test_the_turn_on_a_sphere_is_that_of_its_normals() -> None:
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     tree, turn = position_tree(0.06 * directions), np.empty(20_000)
     for sign in (1.0, -1.0):  # seen from outside, and from inside
-        blocks = oriented_blocks(tree, 0.06 * directions, sign * directions)
-        mean_turns(tree, blocks, 0.012, 0, len(tree.start), turn)
+        blocks = leaf_blocks(tree, 0.06 * directions, sign * directions)
+        mean_curvatures(tree, blocks, 0.012, 0, len(tree.start), turn)
         np.testing.assert_allclose(turn, sign * 0.2, rtol=1e-3)
 
 

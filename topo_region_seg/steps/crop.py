@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import BoolArray, IntArray
 from topo_region_seg.params import Params
 
@@ -45,13 +45,12 @@ def _inside_box(xyz: npt.NDArray[np.floating], params: Params) -> BoolArray:
 @kernel
 def rows_in_range(xyz: npt.NDArray[np.floating], near: float, far: float, drop_zeros: bool) -> IntArray:
     """Return the rows (M,) at a distance within [near, far], metres; what is not finite is not in range."""
-    xyz = borrowed(xyz)
     rows = np.empty(len(xyz), np.int64)
     count = 0
     for i in range(len(xyz)):
         x, y, z = np.float64(xyz[i, 0]), np.float64(xyz[i, 1]), np.float64(xyz[i, 2])
         range2 = x * x + y * y + z * z
-        rows[index(count)] = i
+        rows[count] = i
         # False for NaN.
         keep = (range2 <= far * far) & (range2 >= near * near) & ((range2 > 0.0) | (not drop_zeros))
         count += 1 if keep else 0

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
+from topo_region_seg.compiled.dialect import kernel, summing
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray, Plane
 
@@ -44,6 +44,8 @@ def find_floor(xyz: FloatArray, distance: float, min_extent: float, seed: int) -
         return None
     xyz = np.asfortranarray(xyz)  # column by column, so that the passes over it become vector code
     sample = np.ascontiguousarray(xyz[sample_rows(xyz, SAMPLE, seed)])
+    if len(sample) < 3:
+        return None  # many points at two places
     triples = np.random.default_rng(seed).integers(0, len(sample), (HYPOTHESES, 3))
     normal, offset, inliers = best_hypothesis(sample, triples, distance)
     if inliers < 3:
@@ -135,12 +137,11 @@ def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: 
 @kernel
 def rows_above(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> IntArray:
     """Return the rows (M,) more than `distance` (m) in front of the plane ``normal · x + offset = 0``."""
-    xyz = borrowed(xyz)
     rows = np.empty(len(xyz), np.int64)
     count = 0
     u, v, w = normal[0], normal[1], normal[2]
     for i in range(len(xyz)):
-        rows[index(count)] = i
+        rows[count] = i
         height = u * xyz[i, 0] + v * xyz[i, 1] + w * xyz[i, 2] + offset
         count += 1 if height > distance else 0
     kept: IntArray = rows[:count].copy()

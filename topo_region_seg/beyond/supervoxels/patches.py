@@ -24,7 +24,7 @@ from topo_region_seg.compiled.voxels import number_voxels, voxel_means
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray, IntArray
 from topo_region_seg.params import Params
 
-NEAREST = 12  # neighbors along which a patch grows
+NEIGHBORS = 12  # neighbors along which a patch grows
 TURN = 30.0  # degrees that count as much as one seed spacing, or a difference of color at the threshold
 UNIT = 0.5 / math.sin(math.radians(TURN) / 2.0)  # length of normals whose ends are 1 apart at that angle
 SMALLEST = 1.0 / 16.0
@@ -130,7 +130,7 @@ def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, limits: Criterio
     rank = np.empty(n, np.int32)
     rank[order] = np.arange(n, dtype=np.int32)
     channels = channels[order]
-    near, alike = np.empty((n, NEAREST), np.int32), np.empty((n, NEAREST), np.bool_)
+    near, alike = np.empty((n, NEIGHBORS), np.int32), np.empty((n, NEIGHBORS), np.bool_)
     tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
     side_by_side(near_edges, tasks)
     xyz = np.ascontiguousarray(channels[:, :3])
@@ -147,7 +147,7 @@ def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, limits: Criterio
         sums=np.zeros((n, LANES)),
         mean=np.zeros((n, LANES), np.float32),
         cost=np.full(n, np.inf, np.float32),
-        bidder=np.empty(n, np.int32),
+        best_patch=np.empty(n, np.int32),
         before=np.empty(n, np.int32),
         after=np.empty(n, np.int32),
     )

@@ -95,7 +95,12 @@ class Replay:
         with self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = seconds(stamp_of(given.msg))
-            given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
+            given.cloud = decode(
+                given.msg,
+                max_points=self._pipeline.params.point_limit,
+                warn=self._warn_once,
+                needs_color=self._pipeline.needs_color,
+            )
         given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
 

@@ -126,7 +126,7 @@ def _measure(
             result.without_truth += 1
             return
         started = time.perf_counter() - read
-        cloud = decode(msg, max_points=pipeline.params.point_limit)
+        cloud = decode(msg, max_points=pipeline.params.point_limit, needs_color=pipeline.needs_color)
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         decoded = time.perf_counter()

@@ -77,7 +77,7 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
     labels = {frame.index: frame.labels for frame in run.frames(wanted)}
     for index, msg in _messages(run, place, run.record.topic, labels, with_rejected=True):
         try:
-            cloud = decode(msg, max_points=limit)
+            cloud = decode(msg, max_points=limit, needs_color=pipeline.needs_color)
             if len(cloud) != len(labels[index]):
                 continue  # not the recording that was replayed
             seg = pipeline.run(cloud, _ignore)  # the replay has reported its notices
