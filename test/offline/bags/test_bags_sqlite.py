@@ -19,7 +19,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from topo_region_seg.offline.bags import BagError, open_bag
 from topo_region_seg.offline.bags.records import Record
-from topo_region_seg.offline.bags.sqlite_pages import Pages
+from topo_region_seg.offline.bags.recovery.sqlite_pages import Pages
 from topo_region_seg.offline.bags.types import typestore
 from topo_region_seg.offline.cli.main import main
 

@@ -18,6 +18,7 @@ from rich import box
 from rich.table import Table
 
 from topo_region_seg.offline.bags import BagReader
+from topo_region_seg.offline.bags.clouds import why_no_clouds
 from topo_region_seg.offline.inspection.suggest import Advice
 from topo_region_seg.offline.inspection.summary import PointSummary, summarize
 from topo_region_seg.offline.inspection.topic import NANOSECONDS, Layout, TopicReport
@@ -45,7 +46,7 @@ def whole(path: Path, reader: BagReader, reports: Sequence[TopicReport]) -> Iter
         yield _spread_line(report.advice)
         yield _suggestion_table(report.advice)
     if not reports:
-        yield "no clouds"
+        yield f"no clouds: the recording {why_no_clouds(reader)}"
 
 
 def json_text(path: Path, reader: BagReader, reports: Sequence[TopicReport], problems: Sequence[str]) -> str:

@@ -109,7 +109,13 @@ class Replay:
         if given.cloud is not None:
             started = time.perf_counter()
             with self._rejections(given):
-                seg = self._tracker.follow(given.cloud, self._pipeline.run(given.cloud, self._warn_once), given.stamp)
+                seg = self._tracker.follow(
+                    given.cloud,
+                    self._pipeline.run(given.cloud, self._warn_once),
+                    given.stamp,
+                    given.msg.header.frame_id,
+                    self._warn_once,
+                )
             given.run_ms = 1e3 * (time.perf_counter() - started)
         return seg
 
