@@ -9,6 +9,9 @@ ones are tried follows from the seed and the changed line alone. Each must fail 
 are kept in build/mutants.json, so that a run can be interrupted and continued; those whose line has changed are
 forgotten. Mutants that change nothing that can be seen are listed in scripts/mutation/equivalent.yaml, with the reason.
 
+Kept tools do not do: mutmut chooses among the mutants of a function at run time, when kernels are compiled already, and
+others know nothing of compiled kernels, so that each mutant costs a compilation of all of them.
+
 Exit status: 0 at least 90 % of what was tried were killed; 1 fewer were; 2 wrong usage, or the unchanged sources fail.
 """
 
