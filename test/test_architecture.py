@@ -25,6 +25,7 @@ FLOORS: tuple[set[str], ...] = (
     {"data"},
     {"compiled"},
     {
+        "steps.sensor",
         "steps.crop",
         "steps.support",
         "steps.thinning",
@@ -39,7 +40,7 @@ FLOORS: tuple[set[str], ...] = (
     },
     {"beyond.objects", "beyond.supervoxels", "beyond.auto_scale", "beyond.adjacency"},
     {"segmentation"},
-    {"beyond.tracking", "cloud.messages"},
+    {"beyond.tracking", "cloud.messages", "diagnosis"},
     {"pipeline"},
     {"api"},
     {""},  # the package's own __init__

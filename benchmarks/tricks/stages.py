@@ -30,9 +30,11 @@ from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.regions import describe_regions, number_regions
 from topo_region_seg.steps.small_regions import settle_small_regions
-from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.support.removal import above
+from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin
 
+SENSOR = np.zeros(3)
 PEERS = Params(max_radius=0.03, color_threshold=10.0, angle_threshold=5.0)
 """Parameters of the clouds that the core is held against other programs on."""
 Work = Callable[[], Any]
@@ -48,7 +50,7 @@ def segmented(output: str = "regions") -> Segmentation:
 def cropped() -> tuple[Any, FloatArray]:
     """Return the first frame, and its points after the crop, column by column."""
     cloud = recordings.frames()[0].cloud()
-    return cloud, gather_columns(cloud.xyz, crop(cloud.xyz, Params()))
+    return cloud, gather_columns(cloud.xyz, crop(cloud.xyz, SENSOR, Params()), SENSOR)
 
 
 def records() -> Work:
@@ -61,7 +63,7 @@ def cropping() -> Work:
     cloud, _ = cropped()
 
     def work() -> FloatArray:
-        return gather_columns(cloud.xyz, crop(cloud.xyz, Params()))
+        return gather_columns(cloud.xyz, crop(cloud.xyz, SENSOR, Params()), SENSOR)
 
     return work
 
@@ -73,7 +75,7 @@ def support() -> Work:
     assert plane is not None
 
     def work() -> FloatArray:
-        find_floor(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
+        find_support(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
         return gather(xyz, above(xyz, plane, params.floor_distance))
 
     return work
@@ -82,7 +84,7 @@ def support() -> Work:
 def thinning() -> Work:
     """Thin the cloud."""
     cloud, xyz = cropped()
-    return partial(thin, np.ascontiguousarray(xyz), cloud.rgb[crop(cloud.xyz, Params())], Params().voxel_size)
+    return partial(thin, np.ascontiguousarray(xyz), cloud.rgb[crop(cloud.xyz, SENSOR, Params())], Params().voxel_size)
 
 
 def color() -> Work:
@@ -160,7 +162,7 @@ def patches() -> Work:
 def local() -> Work:
     """Find the spacing and noise of the cloud, and the coordinates in which lengths do not grow."""
     cloud, xyz = cropped()
-    rows = crop(cloud.xyz, Params())
+    rows = crop(cloud.xyz, SENSOR, Params())
     return lambda: local_units(xyz, rows, cloud.width, cloud.height).at(xyz)
 
 

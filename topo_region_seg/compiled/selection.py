@@ -12,13 +12,13 @@ from topo_region_seg.data import FloatArray, IntArray
 
 
 @kernel
-def gather_columns(xyz: npt.NDArray[np.floating], rows: IntArray) -> FloatArray:
-    """Return some rows of positions (N, 3) in double precision, column by column in memory."""
+def gather_columns(xyz: npt.NDArray[np.floating], rows: IntArray, origin: FloatArray) -> FloatArray:
+    """Return some rows of positions (N, 3) from `origin` (3,), in double precision, column by column in memory."""
     columns = np.empty((3, len(rows)))
     for i in range(len(rows)):
         row = rows[i]
         for c in range(3):
-            columns[c, i] = xyz[row, c]
+            columns[c, i] = xyz[row, c] - origin[c]
     points: FloatArray = columns.T
     return points
 

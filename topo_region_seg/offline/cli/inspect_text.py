@@ -118,6 +118,8 @@ def _cloud_lines(report: TopicReport) -> Iterator[str]:
         yield f"  and {len(report.layouts) - len(shown)} other layouts"
     for reason, count in sorted(report.unreadable.items()):
         yield f"  {count} unusable: {reason}"
+    for code, text in report.notices.items():
+        yield f"  note: {text} ({code})"
 
 
 def _layout(layout: Layout) -> str:
@@ -174,6 +176,7 @@ def _report(report: TopicReport) -> dict[str, Any]:
         "rate": report.rate(),
         "stamps_out_of_order": report.out_of_order,
         "unreadable": dict(report.unreadable),
+        "notices": report.notices,
         "layouts": [{**asdict(layout), "clouds": count} for layout, count in report.layouts.most_common()],
         "color": report.color,
         "measured": None if summary is None else asdict(summary),
