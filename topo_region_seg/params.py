@@ -45,7 +45,13 @@ class Params(ParameterTable):
     )
     crop_box_pose: tuple[float, ...] = parameter(
         (),
-        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in the sensor frame; empty = that frame",
+        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in that of the clouds; empty = the same",
+        lengths=(0, 6),
+    )
+    sensor_pose: tuple[float, ...] = parameter(
+        (),
+        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the sensor in the frame of the clouds, for clouds in another "
+        "frame than the sensor's, such as base_link or map; empty = as the file says, else at the origin",
         lengths=(0, 6),
     )
     drop_zeros: bool = parameter(
@@ -239,7 +245,15 @@ class Params(ParameterTable):
 
     # Streams
     track_regions: bool = parameter(
-        False, "regions keep their labels from frame to frame; new ones get labels that were not used before"
+        False,
+        "regions keep their labels (1 to 65535) from frame to frame; the regions stay the same. The label of a region "
+        "that is gone is given to a new one when no other label has been unused for longer",
+    )
+    hold_regions: bool = parameter(
+        False,
+        "tracked regions that become one stay apart for up to 10 frames, and points at borders at rest change over "
+        "after 3: steadier regions, which are no longer those of the frame alone; organized clouds only",
+        when=({"track_regions": (True,)},),
     )
 
     def __post_init__(self) -> None:

@@ -6,20 +6,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from benchmarks.beyond.moving_things import STREAMS, seen_by
 from benchmarks.recordings import CLOUDS, FIRST_OBJECT, RECORDING
 from benchmarks.report import table
 from benchmarks.results import Setting
-from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.beyond.tracking import holding, matching, tracker
+from topo_region_seg.beyond.tracking.tracks import Tracks
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
@@ -43,17 +47,29 @@ SHARE = 0.5
 SAME = 0.5
 """Intersection over union of two regions of consecutive frames from which on they are taken for one thing."""
 OUTPUTS = ("regions", "objects")
-WHOLE = "whole"
-WITHOUT: dict[str, dict[str, Any]] = {
-    "without overlap": {"overlap": False},
-    "without motion": {"motion": False},
-    "without color and size": {"likeness": False},
-    "without overlap, color and size": {"overlap": False, "likeness": False},
-    "without memory": {"memory": 0},
-    "without holding apart what has become one": {"hold": 0},
-    "without holding points at borders": {"wait": 0},
+
+
+class Variant(NamedTuple):
+    """A way to track: whether regions are held apart too, and what is replaced to see what it brings."""
+
+    hold: bool = False
+    replaced: tuple[tuple[object, str, Any], ...] = ()
+
+
+TRACKED, HELD = "tracked", "held apart too"
+FAR = 1e9
+WITHOUT = {
+    "without overlap": Variant(replaced=((matching, "LEAST_OVERLAP", FAR),)),
+    "without motion": Variant(replaced=((Tracks, "expected_centers", lambda tracks: tracks.center),)),
+    "without color": Variant(replaced=((matching, "COLOR_REACH", FAR),)),
+    "without size": Variant(replaced=((matching, "SIZE_REACH", FAR),)),
+    "without memory": Variant(replaced=((tracker, "MEMORY", 0),)),
 }
 """What a tracker is denied to see what it brings."""
+HELD_WITHOUT = {
+    "held apart too, but borders move": Variant(True, ((holding, "WAIT", 0),)),
+    "only borders are held": Variant(True, ((holding, "HOLD", 0),)),
+}
 
 
 @dataclass(frozen=True)
@@ -70,16 +86,22 @@ class Step:
 def follow(
     stream: Iterable[tuple[Cloud, npt.NDArray[np.uint32] | None]],
     params: Params,
-    trackers: Mapping[str, Mapping[str, Any]] | None = None,
+    variants: Mapping[str, Variant] | None = None,
 ) -> dict[str, list[Step]]:
-    """Segment a stream once; track it by the WHOLE tracker and by others, given by name and what they are made with."""
-    made = {name: Tracker(**how) for name, how in {WHOLE: {}, **(trackers or {})}.items()}
+    """Segment a stream once; track it in each of the ways, and anyhow with and without holding regions apart."""
+    ways = {TRACKED: Variant(), HELD: Variant(hold=True), **(variants or {})}
+    made = {name: tracker.Tracker() for name in ways}
     pipeline = Pipeline(params.replace(track_regions=True))
+    held = pipeline.params.replace(hold_regions=True)
     steps: dict[str, list[Step]] = {name: [] for name in made}
     for number, (cloud, truth) in enumerate(stream):
         seg = pipeline.run(cloud)
-        for name, tracker in made.items():
-            tracked = tracker.follow(cloud, seg, number / RATE)
+        for name, way in ways.items():
+            with ExitStack() as stack:
+                for owner, attribute, value in way.replaced:
+                    stack.enter_context(patch.object(owner, attribute, value))
+                given = replace(seg, params=held) if way.hold else seg
+                tracked = made[name].follow(cloud, given, number / RATE)
             steps[name].append(Step(cloud, seg.labels, tracked.labels, truth, tracked.ms["tracking"]))
     return steps
 
@@ -155,43 +177,44 @@ def measure(setting: Setting, images: Path) -> str:
     """Measure all streams; return the tables."""
     scenes = range(setting.choose(SCENES, 1))
     still, moving = setting.choose(STATIC_FRAMES, 5), setting.choose(ORBIT_FRAMES, 5)
-    static_rows, moving_rows, apart_rows, times = [], [], [], []
+    static_rows, moving_rows, apart_rows = [], [], []
+    times: dict[str, list[float]] = {TRACKED: [], HELD: []}
     shown: list[Step] = []
     ablation: dict[str, list[tuple[float, int]]] = {}
     for output in OUTPUTS:
         params = Params(output=output)
-        others = WITHOUT if output == OUTPUTS[0] else {}
+        others = {**WITHOUT, **HELD_WITHOUT} if output == OUTPUTS[0] else {}
         for scene in scenes:
             rest = follow(simulated(scene, [Camera.kinect()] * still), params, others)
-            steps = rest[WHOLE]
-            shares = [changed([s.plain for s in steps]), changed([s.tracked for s in steps])]
+            shares = [changed(labels) for labels in _shown(rest)]
             static_rows.append([f"{output}, scene {scene}", *(f"{100.0 * share:.2f}" for share in shares)])
-            times += [step.ms for step in steps]
+            for name in times:
+                times[name] += [step.ms for step in rest[name]]
             cameras = orbit(Camera.kinect(), moving, SWEEP * moving / ORBIT_FRAMES)
             round_it = follow(simulated(scene, cameras), params, others)
-            steps = round_it[WHOLE]
-            plain, tracked = (switches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
-            moving_rows.append([f"{output}, scene {scene}", str(plain[1]), str(plain[0]), str(tracked[0])])
+            counts = [switches(round_it[TRACKED], labels) for labels in _shown(round_it)]
+            moving_rows.append([f"{output}, scene {scene}", str(counts[0][1]), *(str(count) for count, _ in counts)])
             if output == OUTPUTS[0]:
                 for name in rest:
                     share = changed([s.tracked for s in rest[name]])
                     count = switches(round_it[name], [s.tracked for s in round_it[name]])[0]
                     ablation.setdefault(name, []).append((share, count))
                 if scene == 0:
-                    shown = steps
+                    shown = round_it[TRACKED]
         for name, stream in streams_apart().items():
-            steps = follow(stream, params)[WHOLE]
-            plain, tracked = (mismatches(steps, [getattr(s, one) for s in steps]) for one in ("plain", "tracked"))
-            apart_rows.append([f"{name}: {output}", str(plain[1]), str(plain[0]), str(tracked[0])])
+            steps = follow(stream, params)
+            pairs = [mismatches(steps[TRACKED], labels) for labels in _shown(steps)]
+            apart_rows.append([f"{name}: {output}", str(pairs[0][1]), *(str(count) for count, _ in pairs)])
     blocks = [
+        "`tracked` is with `track_regions`, `held apart too` with `hold_regions` as well.",
         f"Simulated tabletop, camera at rest, Kinect noise, {still} frames each: points that do not have the label "
         "of the frame before, percent (points with a label in both frames).",
-        table(["", "untracked", "tracked"], static_rows),
+        table(["", "untracked", TRACKED, HELD], static_rows),
         f"Camera moving round the tabletop, {moving} frames, {math.degrees(SWEEP) * moving / ORBIT_FRAMES:.0f} "
         "degrees: how often a true segment got another label than it had last.",
-        table(["", "sightings", "switches untracked", "switches tracked"], moving_rows),
-        "What each part brings: regions, the mean over the scenes at rest and the sum over those that the camera moves "
-        "round.",
+        table(["", "sightings", "untracked", TRACKED, HELD], moving_rows),
+        "What each part brings there: regions, the mean over the scenes at rest and the sum over those that the camera "
+        "moves round.",
         table(
             ["", "points changing their label, percent", "switches"],
             [
@@ -199,14 +222,35 @@ def measure(setting: Setting, images: Path) -> str:
                 for name, found in ablation.items()
             ],
         ),
+        "What each part brings where overlap alone is not enough: objects, whose label switches.",
+        _moving_things(),
         "Streams of few frames, far apart: regions of consecutive frames that lie on one another in the image "
         f"(intersection over union from {SAME}) but differ in label.",
-        table(["", "pairs", "differ untracked", "differ tracked"], apart_rows),
+        table(["", "pairs", "untracked", TRACKED, HELD], apart_rows),
     ]
-    blocks.append(f"Time: tracking a 640x480 frame takes {median(times):.1f} ms in the median.")
+    blocks.append(
+        f"Time: tracking a 640x480 frame takes {median(times[TRACKED]):.1f} ms in the median, "
+        f"{median(times[HELD]):.1f} ms with regions held apart."
+    )
     _picture(shown, images / "tracking.png")
     blocks.append("![Four frames of the moving camera, untracked and tracked](images/tracking.png)")
     return "\n\n".join(blocks)
+
+
+def _shown(steps: Mapping[str, Sequence[Step]]) -> list[list[LabelArray]]:
+    """Return the labels untracked, tracked, and held apart too."""
+    return [[s.plain for s in steps[TRACKED]], *([s.tracked for s in steps[name]] for name in (TRACKED, HELD))]
+
+
+def _moving_things() -> str:
+    rows = []
+    for name, moments in STREAMS.items():
+        steps = follow(seen_by(Camera.kinect(320, 240), moments()), Params(output="objects"), WITHOUT)
+        count, seen = switches(steps[TRACKED], [s.plain for s in steps[TRACKED]])
+        ways = [TRACKED, *WITHOUT]
+        counts = [switches(steps[way], [s.tracked for s in steps[way]])[0] for way in ways]
+        rows.append([name, str(seen), str(count), *map(str, counts)])
+    return table(["", "sightings", "untracked", TRACKED, *WITHOUT], rows)
 
 
 def _picture(steps: Sequence[Step], path: Path) -> None:

@@ -9,13 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from topo_region_seg.beyond.tracking.tracker import HOLD, MEMORY, WAIT, Tracker
+from topo_region_seg.beyond.tracking.holding import HOLD, WAIT
+from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.beyond.tracking.tracks import MEMORY
 from topo_region_seg.data import Cloud
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.segmentation import Segmentation
 
-PARAMS = Params(track_regions=True, remove_floor=False, voxel_size=0.0)
+PARAMS = Params(track_regions=True, hold_regions=True, remove_floor=False, voxel_size=0.0)
 COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))
 Box = tuple[int, int, int, int, int]  # rows, columns, color
 

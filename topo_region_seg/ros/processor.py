@@ -83,7 +83,8 @@ class FrameProcessor:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
         stamp = frame.msg.header.stamp
         seg = pipeline.run(cloud, self._notice)
-        seg = self._tracker.follow(cloud, seg, stamp.sec + 1e-9 * stamp.nanosec)
+        seconds = stamp.sec + 1e-9 * stamp.nanosec
+        seg = self._tracker.follow(cloud, seg, seconds, frame.msg.header.frame_id, self._notice)
         segmented = time.monotonic()
         self._outputs.publish(frame.msg, cloud, seg)
         published = time.monotonic()

@@ -5,59 +5,67 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
+from topo_region_seg.beyond.tracking.overlap import common_points
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 
 STILL = 0.005
 """Farthest way of a region's center from frame to frame for the region to be at rest, metres."""
 
 
-def settled_labels(region: IntArray, before: IntArray, xyz: FloatArray, center: FloatArray) -> IntArray:
-    """Return the former label (R,) that each region at rest goes on with; 0 where there is none.
+def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center: FloatArray) -> IntArray:
+    """Return for each region (R,) the former row that it goes on with if it is at rest; else 0.
 
-    A region goes on with a label if most of its known points had it, and most of those that had it are in the region.
+    A region goes on with another one if most of its known points were in that one, and most of those that were are in
+    the region.
 
     Parameters
     ----------
     region : (N,) int64
         Region of each point, counted from 0; -1 for none.
     before : (N,) int64
-        Label of the point in the frame before; 0 = none.
+        Row of the point in the table of the frame before, counted from 1; 0 = none.
     xyz : (N, 3) float64
         Positions, metres.
-    center : (L, 3) float64
-        Where the center of the region of each label was; NaN where there was none.
+    center : (B + 1, 3) float64
+        Where the center of each row was.
     """
-    n_regions, width = int(np.max(region, initial=-1)) + 1, len(center)
-    inside = region >= 0
-    pairs = region[inside] * width + before[inside]
-    common = np.bincount(pairs, minlength=n_regions * width).reshape(n_regions, width)
-    common[:, 0] = 0
-    label = np.argmax(common, axis=1)
-    home = np.argmax(common, axis=0)
+    n_regions = int(np.max(region, initial=-1)) + 1
+    common = common_points(region + 1, before)
+    former = _with_most(common.now, common.before, common.count, n_regions) + 1
+    home = _with_most(common.before, common.now, common.count, len(center) - 1)
     now = centers(region + 1, xyz, n_regions + 1)[1:]
-    way = np.linalg.norm(now - center[label], axis=1)
-    mutual = (home[label] == np.arange(n_regions)) & (common[np.arange(n_regions), label] > 0)
-    return np.where(mutual & (way <= STILL), label, 0)
+    way = np.linalg.norm(now - center[former], axis=1)
+    mutual = (former > 0) & (np.append(home, -1)[former - 1] == np.arange(n_regions))
+    return np.where(mutual & (way <= STILL), former, 0)
 
 
-def centers(label: IntArray, xyz: FloatArray, n: int) -> FloatArray:
-    """Return the mean position (n, 3) of the points (N, 3) with each label; NaN where there is none."""
-    count = np.bincount(label, minlength=n)
-    sums = np.column_stack([np.bincount(label, xyz[:, axis], n) for axis in range(3)])
+def centers(row: npt.NDArray[np.integer], xyz: FloatArray, n: int) -> FloatArray:
+    """Return the mean position (n, 3) of the points (N, 3) of each row; NaN where there is none."""
+    count = np.bincount(row, minlength=n)
+    sums = np.column_stack([np.bincount(row, xyz[:, axis], n) for axis in range(3)])
     middle: FloatArray = np.full((n, 3), np.nan)
     np.divide(sums, count[:, None], out=middle, where=count[:, None] > 0)
     return middle
 
 
-def with_steady_borders(region: IntArray, before: IntArray, label: IntArray, hold: BoolArray) -> IntArray:
+def with_steady_borders(region: IntArray, before: IntArray, former: IntArray, hold: BoolArray) -> IntArray:
     """Return the regions (N,) with the points to `hold` (N,) in the region at rest that had them in the frame before.
 
-    `label` (R,) is what `settled_labels` returns. Points stay where they are unless both regions are at rest.
+    `former` (R,) is what `regions_at_rest` returns. Points stay where they are unless both regions are at rest.
     """
-    settled = np.flatnonzero(label)
-    home = np.full(max(int(np.max(label, initial=0)), int(np.max(before, initial=0))) + 1, -1)
-    home[label[settled]] = settled
+    resting = np.flatnonzero(former)
+    home = np.full(max(int(np.max(former, initial=0)), int(np.max(before, initial=0))) + 1, -1)
+    home[former[resting]] = resting
     back = home[before]
-    own = np.append(label, 0)[region]
+    own = np.append(former, 0)[region]
     return np.where(hold & (back >= 0) & (own > 0), back, region)
+
+
+def _with_most(one: IntArray, other: IntArray, count: IntArray, n: int) -> IntArray:
+    """Return for each of n which `other` it has most in common with, the first of equals; -1 for none."""
+    order = np.lexsort((-other, count, one))
+    found = np.full(n, -1)
+    found[one[order]] = other[order]
+    return found

@@ -66,9 +66,10 @@ class Plan:
         self._tasks: list[Task] = []
         self._owner: list[tuple[int, int]] = []  # job and part of each task
         self._parts: dict[int, list[BagResult | None]] = {}
-        known: dict[Source, list[Task] | str] = {}
+        known: dict[tuple[Source, bool], list[Task] | str] = {}
         for place, job in enumerate(jobs):
-            found = known.get(job.source) or known.setdefault(job.source, _tasks_or_error(job))
+            key = job.source, job.params.track_regions
+            found = known.get(key) or known.setdefault(key, _tasks_or_error(job))
             if isinstance(found, str):
                 self.failed.append(Done(place, BagResult(job.source.bag, error=found)))
                 continue

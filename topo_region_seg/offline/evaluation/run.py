@@ -6,17 +6,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
 
+from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.evaluation.measures import measure
 from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
@@ -46,7 +49,8 @@ def tasks_of(source: Source, params: Params) -> list[Task]:
     """
     with open_bag(source.path) as reader:
         count = _topic(reader, source).count
-    parts = min(-(-count // FRAMES_A_TASK), MOST_TASKS)
+    # Tracking needs all clouds in order.
+    parts = 1 if params.track_regions else min(-(-count // FRAMES_A_TASK), MOST_TASKS)
     bounds = [count * part // parts for part in range(parts + 1)]
     version = program_version()
     return [
@@ -99,7 +103,8 @@ def _evaluate(
         result.rejected += truth.rejected
     if not source.recorded:
         load_kernels()
-    pipeline = Pipeline(task.params)
+    sensor = SensorFrame(reader)
+    label = _Recorded(limit) if source.recorded else _Segmented(task.params, result)
     ordered = TruthInOrder(truth, reader, topic)
     records = reader.messages([topic.name])
     for record in islice(records, task.first):
@@ -107,13 +112,21 @@ def _evaluate(
     for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
             break
-        _measure(record, topic, ordered, pipeline, source.recorded, result)
+        _measure(record, topic, ordered, sensor, label, limit, result)
         step()
     result.repeated = ordered.repeated
+    if sensor.note:
+        result.notices.setdefault("sensor_frame", sensor.note)
 
 
 def _measure(
-    record: Record, topic: Topic, truth: TruthInOrder, pipeline: Pipeline, recorded: bool, result: BagResult
+    record: Record,
+    topic: Topic,
+    truth: TruthInOrder,
+    sensor: SensorFrame,
+    label: _Recorded | _Segmented,
+    limit: int,
+    result: BagResult,
 ) -> None:
     stamp = record.log_time
     try:
@@ -124,14 +137,18 @@ def _measure(
         true_labels = truth.of(msg)
         if true_labels is None:
             result.without_truth += 1
+            if label.needs_all:
+                with suppress(Exception):  # a bad cloud is already counted, as one without truth
+                    cloud = decode(msg, max_points=limit, needs_color=label.needs_color)
+                    label(msg, sensor.place(cloud, msg))
             return
         started = time.perf_counter() - read
-        cloud = decode(msg, max_points=pipeline.params.point_limit, needs_color=pipeline.needs_color)
+        cloud = sensor.place(decode(msg, max_points=limit, needs_color=label.needs_color), msg)
+        decoded = time.perf_counter()
+        labels, stages = label(msg, cloud)
+        done = time.perf_counter()
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
-        decoded = time.perf_counter()
-        labels, stages = _recorded(msg, pipeline) if recorded else _segmented(cloud, pipeline, result)
-        done = time.perf_counter()
         valid = np.isfinite(cloud.xyz).all(axis=1)
         measures = measure(true_labels, labels, valid, cloud.height, cloud.width)
     except Exception as error:  # one bad frame never ends an evaluation
@@ -142,16 +159,36 @@ def _measure(
         result.frames.append(MeasuredFrame(seconds(stamp), len(cloud), regions, rounded(ms), measures))
 
 
-def _segmented(cloud: Cloud, pipeline: Pipeline, result: BagResult) -> tuple[LabelArray, dict[str, float]]:
-    def warn(code: str, text: str) -> None:
-        result.notices.setdefault(code, text)
+class _Segmented:
+    """Labels a stream's clouds as the node does."""
 
-    seg = pipeline.run(cloud, warn)
-    return seg.labels, seg.ms
+    def __init__(self, params: Params, result: BagResult) -> None:
+        self.needs_all = params.track_regions
+        self._pipeline, self._tracker, self._result = Pipeline(params), Tracker(), result
+        self.needs_color = self._pipeline.needs_color
+
+    def __call__(self, msg: Any, cloud: Cloud) -> tuple[LabelArray, dict[str, float]]:
+        seg = self._pipeline.run(cloud, self._warn)
+        header = msg.header
+        stamp = header.stamp.sec + header.stamp.nanosec * 1e-9
+        seg = self._tracker.follow(cloud, seg, stamp, header.frame_id, self._warn)
+        return seg.labels, seg.ms
+
+    def _warn(self, code: str, text: str) -> None:
+        self._result.notices.setdefault(code, text)
 
 
-def _recorded(msg: Any, pipeline: Pipeline) -> tuple[LabelArray, dict[str, float]]:
-    return labels_of(msg, max_points=pipeline.params.point_limit), {}
+class _Recorded:
+    """Takes the labels that the clouds carry."""
+
+    needs_all = False
+    needs_color = False
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+
+    def __call__(self, msg: Any, cloud: Cloud) -> tuple[LabelArray, dict[str, float]]:
+        return labels_of(msg, max_points=self._limit), {}
 
 
 def _topic(reader: BagReader, source: Source) -> Topic:

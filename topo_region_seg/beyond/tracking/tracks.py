@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The regions in memory: those in sight, and for some frames those that are not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from topo_region_seg.data import BoolArray, FloatArray, IntArray, LabelArray, RegionTable
+
+MEMORY = 10
+"""Frames for which a region that is not seen may still get its label back."""
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """What is known of T regions: first those of the frame before, in the order of its table, then the lost ones.
+
+    Parameters
+    ----------
+    label : (T,) uint32
+        Their labels.
+    center : (T, 3) float64
+        Where they were seen last, metres.
+    step : (T, 3) float64
+        How far they moved from one frame to the next, metres; zeros for those seen in one frame only.
+    lab : (T, 3) float64
+        Their mean color, CIELAB; NaN without color.
+    size : (T,) int64
+        Their numbers of points.
+    lost : (T,) int64
+        For how many frames they have not been seen.
+    """
+
+    label: LabelArray
+    center: FloatArray
+    step: FloatArray
+    lab: FloatArray
+    size: IntArray
+    lost: IntArray
+
+    @classmethod
+    def none(cls) -> Tracks:
+        """Return the memory of a stream that has not begun."""
+        points, counts = np.zeros((0, 3)), np.zeros(0, np.int64)
+        return cls(np.zeros(0, np.uint32), points, points, points, counts, counts)
+
+    def __len__(self) -> int:
+        return len(self.label)
+
+    def expected_centers(self) -> FloatArray:
+        """Return where to look for the regions, (T, 3): those in sight a step farther, lost ones where they were."""
+        return self.center + np.where(self.lost[:, None] > 0, 0.0, self.step)
+
+    def rows(self, chosen: BoolArray | IntArray) -> Tracks:
+        """Return some of the regions."""
+        return Tracks(
+            self.label[chosen],
+            self.center[chosen],
+            self.step[chosen],
+            self.lab[chosen],
+            self.size[chosen],
+            self.lost[chosen],
+        )
+
+    def seen(self, table: RegionTable, label: LabelArray, match: IntArray) -> Tracks:
+        """Return the regions of a frame (R,) with the labels they got; `match` is the row of each here, -1 for none."""
+        known = match >= 0
+        old = match[known]
+        step = np.zeros((len(table), 3))
+        step[known] = (table.centroid[known] - self.center[old]) / (self.lost[old, None] + 1)
+        return Tracks(label, table.centroid, step, table.mean_lab, table.size, np.zeros(len(table), np.int64))
+
+    def lost_since(self, match: IntArray) -> Tracks:
+        """Return the regions that none of a frame's is matched with, those lost for longest first, then by label."""
+        missed = np.ones(len(self), np.bool_)
+        missed[match[match >= 0]] = False
+        lost = self.rows(missed)
+        lost = Tracks(lost.label, lost.center, lost.step, lost.lab, lost.size, lost.lost + 1)
+        return lost.rows(np.lexsort((lost.label, -lost.lost)))
+
+    def joined(self, other: Tracks) -> Tracks:
+        """Return these regions and then the others."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Tracks(*(np.concatenate(pair) for pair in pairs))
