@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 from ros_domains import free_domain
+from strict_skips import pytest_addoption, pytest_configure
+
+__all__ = ["pytest_addoption", "pytest_configure"]
 
 if TYPE_CHECKING:
     from ros_harness import Client, NodeProcess

@@ -183,11 +183,3 @@ def test_percentiles_of_the_latency() -> None:
     for ms in range(1, 101):
         statistics.processed({}, float(ms), 0.0, points=1, regions=1, stamp="")
     assert statistics.snapshot().latencies_ms == {"median": 50.0, "95 %": 95.0, "99 %": 99.0, "max": 100.0}
-
-
-def test_a_cloud_that_waits_when_the_input_closes_is_counted_as_dropped() -> None:
-    statistics = Statistics()
-    statistics.received(displaced=False, skipped=0)
-    statistics.dropped()
-    now = statistics.snapshot()
-    assert (now.received, now.dropped) == (1, 1)

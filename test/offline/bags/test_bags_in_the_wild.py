@@ -13,6 +13,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import bag_maker
 import numpy as np
 import pytest
 import yaml
@@ -212,6 +213,24 @@ def test_every_cut_of_a_ros1_bag(compression: str, tmp_path: Path) -> None:
         assert seen == {1, 2, 3}
     cut.write_bytes(data[:-300])
     assert replay(cut, tmp_path, status=3)["truncated"]
+
+
+@pytest.mark.parametrize("cut", [0, 300])
+def test_a_ros1_bag_is_read_in_the_order_of_the_log(cut: int, tmp_path: Path) -> None:
+    """Whole, and without the index that its end holds; equal times in the order in which they were written."""
+    times = [5 * SECOND + 7, SECOND, 5 * SECOND + 3, SECOND]
+    given = [
+        (name, kind, time, message) for time, (name, kind, _, message) in zip(times, cloud_entries(4), strict=True)
+    ]
+    path = bag_maker.write_ros1(tmp_path / "a.bag", given)
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) - cut])
+    numbers, reader = read(path)
+    assert reader.truncated == bool(cut)
+    assert numbers == [2.0, 4.0, 3.0, 1.0]
+    with open_bag(path) as opened:
+        assert [record.log_time for record in opened.messages(["/camera/points"])] == sorted(times)
+        assert opened.storage().times == (SECOND, 5 * SECOND + 7)
 
 
 @pytest.mark.parametrize("damaged", [0, 1, 2])

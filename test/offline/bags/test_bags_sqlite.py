@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from bag_maker import cloud_entries, count_entry, write_folder, write_mcap, write_split_folder
+from bag_maker import cloud_entries, count_entry, first_x, write_folder, write_mcap, write_split_folder
 from recording_maker import SqliteKind, write_sqlite
 from rosbags.rosbag2 import StoragePlugin
 
 from topo_region_seg.offline.bags import BagError, open_bag
 from topo_region_seg.offline.bags.records import Record
 from topo_region_seg.offline.bags.recovery.sqlite_pages import Pages
+from topo_region_seg.offline.bags.types import typestore
 from topo_region_seg.offline.cli.main import main
 
 CLOUDS = 40
@@ -78,6 +79,24 @@ def test_every_cut_gives_the_whole_messages_before_it(whole: Path, tmp_path: Pat
         seen.append((size, len(found)))
     assert len({count for _, count in seen}) > CLOUDS // LEAF
     assert [count for _, count in sorted(seen)] == sorted(count for _, count in seen)
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_messages_come_in_the_order_of_the_log_whatever_the_order_of_their_rows(cut: bool, tmp_path: Path) -> None:
+    """Equal times in the order in which they were written."""
+    written = [5, 2, 9, 2, 7, 1, 8, 3, 9, 4] * 3
+    entries = [
+        (name, kind, written[i] * 10**9, message) for i, (name, kind, _, message) in enumerate(cloud_entries(30))
+    ]
+    path = write_folder(tmp_path / "a", entries, StoragePlugin.SQLITE3) / "a.db3"
+    if cut:
+        path.write_bytes(path.read_bytes()[: -3 * PAGE])
+    found, reader = records(path)
+    assert reader.truncated == cut
+    numbers = [int(first_x(typestore().deserialize_cdr(record.data, record.type))) - 1 for record in found]
+    assert len(numbers) == 30 if not cut else 15 < len(numbers) < 30
+    assert numbers == sorted(numbers, key=lambda number: (written[number], number))
+    assert [record.log_time for record in found] == [written[number] * 10**9 for number in numbers]
 
 
 def test_replay_of_a_cut_file_does_what_is_whole_and_says_so(whole: Path, tmp_path: Path) -> None:

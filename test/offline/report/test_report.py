@@ -134,6 +134,26 @@ def test_a_page_refers_to_nothing_outside(sim, hostile):
                 assert value.startswith(("#", "data:image/webp;base64,")), (tag, value)
 
 
+def test_the_policy_allows_the_scripts_and_styles_of_the_page_and_nothing_else(sim, hostile):
+    for path in (sim, hostile):
+        source = path.read_text(encoding="utf-8")
+        (content,) = (
+            attributes["content"]
+            for tag, attributes in Elements(source).found
+            if tag == "meta" and attributes.get("http-equiv") == "Content-Security-Policy"
+        )
+        rules = {name: values for name, *values in (rule.split() for rule in content.split(";"))}
+        assert rules.pop("default-src") == ["'none'"]
+        assert rules.pop("base-uri") == ["'none'"] and rules.pop("form-action") == ["'none'"]
+        assert rules.pop("img-src") == ["data:"]
+        for kind, tag in (("script-src", "script"), ("style-src", "style")):
+            there = re.findall(rf"<{tag}>(.*?)</{tag}>", source, re.DOTALL)
+            digests = (hashlib.sha256(text.encode("utf-8")).digest() for text in there)
+            assert sorted(rules.pop(kind)) == sorted(f"'sha256-{base64.b64encode(d).decode()}'" for d in digests)
+        assert not rules
+        assert "style=" not in re.sub(r"<script.*?</script>", "", source, flags=re.DOTALL), "the policy forbids it"
+
+
 def test_nothing_in_a_recording_becomes_markup(sim, hostile):
     honest, attacked = (Elements(path.read_text(encoding="utf-8")) for path in (sim, hostile))
     known = {(tag, name) for tag, attributes in honest.found for name in attributes}
