@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import gc
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -138,21 +139,32 @@ FILES = {
 REFUSED = list(FILES)[list(FILES).index("text in quotes") :]
 
 
-def by_the_node(ros_domain: int, path: Path) -> Params | None:
-    """Return the parameters that the node has after a start with the file; None if it refuses it."""
+def of_the_node(ros_domain: int, path: Path, look: Callable[[Any], Any]) -> Any:
+    """Return what `look` sees of the node itself, in this process, after a start with the file."""
     from topo_region_seg.ros.region_segmentation import RegionSegmentation
+
+    def started() -> Any:
+        node = RegionSegmentation()
+        try:
+            return look(node)
+        finally:
+            node.destroy_node()
 
     try:
         rclpy.init(args=["node", "--ros-args", "--params-file", str(path)], domain_id=ros_domain + 50)
-        node = RegionSegmentation()
-    except (rcl.RCLError, ParameterError):
-        return None
-    else:
-        params: Params = node._params
-        node.destroy_node()
-        return params
+        return started()
     finally:
         rclpy.try_shutdown()
+        gc.collect()  # with Python's object go its lifecycle services, which other tests would find
+
+
+def by_the_node(ros_domain: int, path: Path) -> Params | None:
+    """Return the parameters that the node has after a start with the file; None if it refuses it."""
+    try:
+        params: Params = of_the_node(ros_domain, path, lambda node: node._params)
+    except (rcl.RCLError, ParameterError):
+        return None
+    return params
 
 
 def by_the_tools(path: Path) -> Params | None:
@@ -187,23 +199,15 @@ def warnings(capfd: pytest.CaptureFixture[str]) -> set[str]:
 
 def test_what_the_node_has_is_taken_by_both(ros_domain: int, tmp_path: Path) -> None:
     """As `ros2 param dump` writes it: everything that the node has declared."""
-    from topo_region_seg.ros.region_segmentation import RegionSegmentation
-
     first, path = tmp_path / "first.yaml", tmp_path / "dumped.yaml"
     first.write_text(ros("max_range: 3\ncrop_box: [-1, -1, 0, 1, 1, 2]\noutput: supervoxels\nvoxel_size: 1e-3"))
-    rclpy.init(args=["node", "--ros-args", "--params-file", str(first)], domain_id=ros_domain + 50)
-    try:
-        node = RegionSegmentation()
-        dumped: dict[str, Any] = {}
-        for name, parameter in node._parameters.items():
-            *outer, inner = name.split(".")
-            place = dumped
-            for part in outer:
-                place = place.setdefault(part, {})
-            place[inner] = np.asarray(parameter.value).tolist() if parameter.value is not None else []
-        node.destroy_node()
-    finally:
-        rclpy.try_shutdown()
+    dumped: dict[str, Any] = {}
+    for name, parameter in of_the_node(ros_domain, first, lambda node: dict(node._parameters)).items():
+        *outer, inner = name.split(".")
+        place = dumped
+        for part in outer:
+            place = place.setdefault(part, {})
+        place[inner] = np.asarray(parameter.value).tolist() if parameter.value is not None else []
     assert {"use_sim_time", "qos_overrides"} <= set(dumped)
     path.write_text(yaml.safe_dump({"/region_segmentation": {"ros__parameters": dumped}}))
     wanted = Params(max_range=3.0, crop_box=(-1, -1, 0, 1, 1, 2), output="supervoxels", voxel_size=0.001)

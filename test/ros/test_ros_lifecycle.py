@@ -204,7 +204,12 @@ def test_a_failing_deactivation_releases_everything_and_begins_anew(
         monkeypatch.setattr(Input, "close", fail_once)
         node.trigger_deactivate()
         assert node.state == "unconfigured"
-        assert "deactivate failed: OSError: the middleware is gone" in capfd.readouterr().err
+        failure = "deactivate failed: OSError: the middleware is gone"
+        assert failure in capfd.readouterr().err
+        node._report()
+        until(
+            lambda: client.diagnostics and client.diagnostics[-1].status[0].message == failure, "the failure to be told"
+        )
         until(lambda: not client.node.count_subscribers("points"), "the subscription to go")
         until(lambda: not client.node.count_publishers("labeled_points"), "the topics to go")
         node.trigger_configure()

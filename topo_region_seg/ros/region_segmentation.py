@@ -34,6 +34,8 @@ from topo_region_seg.ros.warm_up import warm_up_kernels
 STOP_SECONDS = 5.0
 """How long a transition or the end of the process waits for the frame being processed."""
 
+RECOVERY = "recovery"
+
 
 class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyped
     """Segment every cloud on `points`, the newest first.
@@ -54,6 +56,13 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
 
     def __init__(self) -> None:
         super().__init__("region_segmentation")
+        try:
+            self._set_up()
+        except Exception:
+            super().destroy_node()  # or its services would be found, and answer nobody, until Python forgets it
+            raise
+
+    def _set_up(self) -> None:
         self._params = parameters.declare(self, Params)
         self._node_params = parameters.declare(self, NodeParams)
         self._log = ReasonLog(self.get_logger(), lambda: self._node_params.warning_period)
@@ -136,15 +145,16 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         return self._transition("shutdown", self._release)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Release everything and begin anew, unconfigured."""
-        return self._transition("recovery", self._release)
+        """Release everything and begin again, unconfigured."""
+        return self._transition(RECOVERY, self._release)
 
     def _transition(
         self, name: str, action: Callable[[], None], undo: Callable[[], None] | None = None
     ) -> TransitionCallbackReturn:
         try:
             action()
-            self._failure = None
+            if name != RECOVERY:  # after which the failure before it is still to be told
+                self._failure = None
             return TransitionCallbackReturn.SUCCESS
         except ExternalShutdownException:
             return TransitionCallbackReturn.FAILURE
@@ -167,6 +177,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             return  # not ok: a signal ended the node while it started
         self.get_logger().fatal(f"not started, and ends: {self._failure}")
         self.start_failed = True
+        self._reporter.wait_for_listeners()
         self._report()
         self._reporter.wait_until_heard()
         self.context.try_shutdown()

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -18,8 +19,8 @@ from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.statistics import Statistics
 
-HEARD_SECONDS = 1.0
-"""Longest wait for the last report to be received, before the process ends."""
+HEARD_SECONDS = 2.0
+"""Longest wait for somebody to listen to the last report, and again for it to be received, before the process ends."""
 
 
 class Reporter:
@@ -67,6 +68,12 @@ class Reporter:
             if state == "active":
                 self._node.get_logger().info("clouds are coming in")
             self._advised = None
+
+    def wait_for_listeners(self) -> None:
+        """Wait a moment for those who listen to diagnostics, which a node that has just started may not know yet."""
+        end = time.monotonic() + HEARD_SECONDS
+        while not self._publisher.get_subscription_count() and time.monotonic() < end:
+            time.sleep(0.05)
 
     def wait_until_heard(self) -> None:
         """Wait a moment for those who listen to receive the last report."""
