@@ -22,7 +22,7 @@ export ROS_PYTHON_CHECK_FIELDS := 1
 export PYTHONUNBUFFERED := 1
 in_venv = env AMENT_PREFIX_PATH=$(1) PATH="$(1)/bin:$$PATH"
 
-.PHONY: help demo test test-ubuntu fuzz nightly soak lint types format docs site linkcheck bench bench-quick beyond pictures clean
+.PHONY: help demo test test-ubuntu fuzz nightly mutants soak lint types format docs site linkcheck bench bench-quick beyond pictures clean
 
 help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -50,6 +50,9 @@ fuzz: .venv/ready-test ## Minutes of arbitrary messages for the decoder, the sec
 
 nightly: .venv/ready-test ## Kill node, replay and compiler 50 times each at random moments.
 	@$(STEP) "50 kills" $(call in_venv,$(VENV)) KILLS=50 $(VENV)/bin/python -m pytest -q test/test_killed.py
+
+mutants: .venv/ready-test ## Wrong changes one at a time: do the tests notice? Hours; continues where it stopped.
+	@$(STEP) "mutants" $(call in_venv,$(VENV)) $(VENV)/bin/python scripts/mutants.py
 
 lint: .venv/ready-test ## ruff, mypy and the ament linters.
 	@$(STEP) "lint" $(call in_venv,$(VENV)) scripts/lint.sh

@@ -53,8 +53,10 @@ setup(
         "lz4>=4.3",
         "zstandard>=0.22",
         "pypcd4>=1.1",
+        "python-neo-lzf>=0.3.5",
         "matplotlib>=3.8",
         "pillow>=10.1",
+        "jinja2>=3.1",
         "rich>=13",
     ],
     extras_require={

@@ -6,14 +6,33 @@ ros2 launch topo_region_seg region_segmentation.launch.py input:=/camera/depth/c
 ros2 launch topo_region_seg region_segmentation.launch.py bag:=recording.mcap
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = "topo_region_seg"
+
+
+def view(_context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """RViz, or a word where it is not installed: an action that fails would leave the nodes behind without a launch."""
+    try:
+        get_package_prefix("rviz2")
+    except PackageNotFoundError:
+        return [LogInfo(msg="rviz:=true, but rviz2 is not installed; the node runs without: install ros-jazzy-rviz2")]
+    return [
+        Node(
+            package="rviz2",
+            executable="rviz2",
+            namespace=LaunchConfiguration("namespace"),
+            arguments=["-d", LaunchConfiguration("rviz_config"), "-f", LaunchConfiguration("fixed_frame")],
+            parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}],
+            output="screen",
+        )
+    ]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -54,14 +73,6 @@ def generate_launch_description() -> LaunchDescription:
                 condition=UnlessCondition(EqualsSubstitution(bag, "")),
                 output="screen",
             ),
-            Node(
-                package="rviz2",
-                executable="rviz2",
-                namespace=namespace,
-                arguments=["-d", LaunchConfiguration("rviz_config"), "-f", LaunchConfiguration("fixed_frame")],
-                parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}],
-                condition=IfCondition(LaunchConfiguration("rviz")),
-                output="screen",
-            ),
+            OpaqueFunction(function=view, condition=IfCondition(LaunchConfiguration("rviz"))),
         ]
     )

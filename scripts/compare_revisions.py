@@ -19,11 +19,13 @@ import json
 import sys
 import tempfile
 import time
+from dataclasses import asdict
 from itertools import chain, islice
 from pathlib import Path
 
-from revision_comparison.comparison import Comparison, Outcome, Timing, as_dict
-from revision_comparison.inputs import BAGS, ROOT, SIMULATED_BAG, recorded
+from revision_comparison.comparison import Comparison, Outcome
+from revision_comparison.cpu_time import ROUNDS, Timing, measure
+from revision_comparison.inputs import BAGS, ROOT, SIMULATED_BAG, recorded, stored
 from revision_comparison.revisions import RevisionError, Worker, unpacked
 
 DATA = ROOT.parent / "shared" / "data"
@@ -36,7 +38,9 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("base", metavar="BASE", help="the revision to compare with")
     parser.add_argument("--quick", action="store_true", help="a few clouds only, in about a minute")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of real data (default: %(default)s)")
-    parser.add_argument("--time", metavar="N", type=int, default=0, help="time N runs of each output as well")
+    parser.add_argument(
+        "--time", metavar="N", type=int, default=0, help="measure the CPU time too: N runs of each output a round"
+    )
     parser.add_argument("--only-time", action="store_true", help="compare no results")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write what was found for machines")
     args = parser.parse_args()
@@ -47,16 +51,17 @@ def parsed() -> argparse.Namespace:
     return args
 
 
-def timed(comparison: Comparison, data: Path, runs: int) -> list[Timing]:
+def timed(tree: Path, data: Path, runs: int, folder: Path) -> list[Timing]:
     """Time the first clouds of a real recording, or of the simulated one."""
     bag = data / BAGS[0] if (data / BAGS[0]).exists() else SIMULATED_BAG
-    print(f"CPU time of the first {TIMED_CLOUDS} clouds of {bag.name}, medians of {TIMED_CLOUDS * runs} runs")
-    times = []
-    for timing in comparison.times(list(islice(recorded(bag), TIMED_CLOUDS)), runs):
-        print(timing.line(), flush=True)
-        times.append(timing)
-    before, now = sum(t.base_ms for t in times), sum(t.present_ms for t in times)
-    print(f"all: {before:.1f} ms before, {now:.1f} ms now, {100 * (now / before - 1):+.1f} %")
+    clouds = [stored(cloud, folder) for cloud in islice(recorded(bag), TIMED_CLOUDS)]
+    print(f"CPU time a cloud, first {TIMED_CLOUDS} of {bag.name}, {ROUNDS} rounds of {runs} runs of each", flush=True)
+    times: list[Timing] = []
+    for number, so_far in enumerate(measure((tree, ROOT), clouds, runs)):
+        times = so_far
+        print(f"round {number + 1} of {ROUNDS}", file=sys.stderr, flush=True)
+    for timing in times:
+        print(timing.line())
     return times
 
 
@@ -80,7 +85,7 @@ def main() -> int:
                     print(outcome.line(), flush=True)
                     outcomes.append(outcome)
             if args.time:
-                times = timed(comparison, args.data, args.time)
+                times = timed(tree, args.data, args.time, Path(folder))
     except RevisionError as error:
         print(f"compare_revisions: error: {error}", file=sys.stderr)
         return 2
@@ -92,7 +97,7 @@ def main() -> int:
             f" s: {f'{differing} differ' if differing else 'all equal, bit for bit'}"
         )
     if args.json:
-        found = {"base": args.base, "outcomes": [*map(as_dict, outcomes)], "times": [*map(as_dict, times)]}
+        found = {"base": args.base, "outcomes": [*map(asdict, outcomes)], "times": [*map(asdict, times)]}
         args.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     return 1 if differing else 0
 

@@ -9,6 +9,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
+from ros_domains import free_domain
+from strict_skips import pytest_addoption, pytest_configure
+
+__all__ = ["pytest_addoption", "pytest_configure"]
 
 if TYPE_CHECKING:
     from ros_harness import Client, NodeProcess
@@ -23,11 +27,15 @@ def warm_kernels() -> None:
 
 
 @pytest.fixture(scope="session")
-def ros_domain(warm_kernels: None) -> int:
-    """A ROS domain of this run alone, on this machine alone, with every message field checked."""
+def ros_domain(warm_kernels: None) -> Iterator[int]:
+    """A ROS domain of this run alone, on this machine alone, with every message field checked.
+
+    The domains 50 and 51 higher belong to it, too.
+    """
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-    return 1 + os.getpid() % 50  # up to 101 is safe; some tests take the domain 50 higher
+    with free_domain() as domain:
+        yield domain
 
 
 @pytest.fixture(autouse=True)

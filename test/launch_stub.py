@@ -13,8 +13,10 @@ from types import ModuleType
 from typing import Any
 
 NAMES = {
-    "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription"],
+    "ament_index_python": [],
+    "ament_index_python.packages": [],
+    "launch": ["LaunchContext", "LaunchDescription", "LaunchDescriptionEntity"],
+    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription", "LogInfo", "OpaqueFunction"],
     "launch.conditions": ["IfCondition", "UnlessCondition"],
     "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
     "launch.substitutions": ["EqualsSubstitution", "LaunchConfiguration", "PathJoinSubstitution"],
@@ -22,6 +24,10 @@ NAMES = {
     "launch_ros.actions": ["Node"],
     "launch_ros.substitutions": ["FindPackageShare"],
 }
+
+
+class PackageNotFoundError(KeyError):
+    """That of ament_index_python."""
 
 
 class Made:
@@ -33,6 +39,9 @@ class Made:
     def walk(self) -> Iterator[Made]:
         """Yield this and everything inside it."""
         yield self
+        if self.kind == "OpaqueFunction":
+            for made in self.keywords["function"](None):
+                yield from made.walk()
         todo: list[Any] = [*self.args, *self.keywords.values()]
         while todo:
             value = todo.pop(0)
@@ -44,9 +53,9 @@ class Made:
                 todo += list(value)
 
 
-def run(file: Path) -> Made:
-    """Return the launch description of a file."""
-    with _stubs():
+def run(file: Path, without: tuple[str, ...] = ()) -> Made:
+    """Return the launch description of a file; packages named in `without` are not installed."""
+    with _stubs(without):
         spec = importlib.util.spec_from_file_location(file.stem.replace(".", "_"), file)
         assert spec and spec.loader
         module = importlib.util.module_from_spec(spec)
@@ -55,12 +64,15 @@ def run(file: Path) -> Made:
     return made
 
 
-def commands(file: Path, share: Path, arguments: dict[str, str]) -> list[list[str]]:
-    """Return the command lines, as launch_ros makes them, that a launch file starts with some arguments."""
-    return list(_commands(run(file), share, dict(arguments)))
+def commands(file: Path, share: Path, arguments: dict[str, str], without: tuple[str, ...] = ()) -> list[list[str]]:
+    """Return the command lines, as launch_ros makes them, that a launch file starts with some arguments.
+
+    What it would say in the log stands among them, after "echo"; packages named in `without` are not installed.
+    """
+    return list(_commands(run(file, without).args[0], share, dict(arguments), without))
 
 
-def _commands(made: Made, share: Path, values: dict[str, str]) -> Iterator[list[str]]:
+def _commands(parts: list[Made], share: Path, values: dict[str, str], without: tuple[str, ...]) -> Iterator[list[str]]:
     # As launch does: in order, arguments of an included file stay set after it.
     def text(value: Any) -> str:
         if isinstance(value, str):
@@ -74,18 +86,24 @@ def _commands(made: Made, share: Path, values: dict[str, str]) -> Iterator[list[
         assert value.kind == "PathJoinSubstitution", value.kind
         return "/".join(map(text, value.args[0]))
 
-    for part in made.args[0]:
+    def wanted(condition: Made | None) -> bool:
+        return condition is None or (text(condition.args[0]) == "true") == (condition.kind == "IfCondition")
+
+    for part in parts:
         given = part.keywords
+        if not wanted(given.get("condition")):
+            continue
         if part.kind == "DeclareLaunchArgument":
             values.setdefault(part.args[0], text(given["default_value"]))
         elif part.kind == "IncludeLaunchDescription":
             (source,) = part.args
             values.update({name: text(value) for name, value in given["launch_arguments"]})
-            yield from _commands(run(Path(text(source.args[0]))), share, values)
+            yield from _commands(run(Path(text(source.args[0])), without).args[0], share, values, without)
+        elif part.kind == "OpaqueFunction":
+            yield from _commands(given["function"](None), share, values, without)
+        elif part.kind == "LogInfo":
+            yield ["echo", given["msg"]]
         elif part.kind == "Node":
-            condition = given.get("condition")
-            if condition and (text(condition.args[0]) == "true") != (condition.kind == "IfCondition"):
-                continue
             ros = [*map(text, given.get("ros_arguments", []))]
             ros += ["-r", f"__node:={given['name']}"] if "name" in given else []
             namespace = text(given["namespace"])
@@ -104,13 +122,21 @@ def _commands(made: Made, share: Path, values: dict[str, str]) -> Iterator[list[
 
 
 @contextmanager
-def _stubs() -> Iterator[None]:
+def _stubs(without: tuple[str, ...]) -> Iterator[None]:
+    def get_package_prefix(name: str) -> str:
+        if name in without:
+            raise PackageNotFoundError(name)
+        return "/opt/ros/jazzy"
+
     before = {name: sys.modules.get(name) for name in NAMES}
     for name, classes in NAMES.items():
         module = ModuleType(name)
         for kind in classes:
             setattr(module, kind, lambda *args, kind=kind, **keywords: Made(kind, *args, **keywords))
         sys.modules[name] = module
+    vars(sys.modules["ament_index_python.packages"]).update(
+        get_package_prefix=get_package_prefix, PackageNotFoundError=PackageNotFoundError
+    )
     try:
         yield
     finally:

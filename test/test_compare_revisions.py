@@ -17,6 +17,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 
 from revision_comparison.comparison import Comparison, Outcome
 from revision_comparison.configurations import CORE, LAYOUTS, SPECIAL, STREAMS
+from revision_comparison.cpu_time import Timing
 from revision_comparison.differences import differences
 from revision_comparison.recording import messages
 from revision_comparison.revisions import RevisionError, Worker, unpacked
@@ -83,6 +84,11 @@ def test_names_of_configurations_are_unique() -> None:
 def test_a_line_shows_the_first_differences_and_counts_the_rest() -> None:
     assert Outcome("regions", 3, []).line() == "equal    regions (3 arrays)"
     assert Outcome("regions", 9, [f"x{i}" for i in range(8)]).line().endswith("x4; x5; 2 more")
+
+
+def test_a_change_of_cpu_time_is_the_median_over_the_rounds() -> None:
+    line = Timing("regions", base_ms=[10.0, 20.0, 40.0], present_ms=[11.0, 21.0, 80.0]).line()
+    assert line == "regions: 20.0 ms before, 21.0 ms now, +10.0 % (single rounds +5.0 to +100.0 %)"
 
 
 def test_unknown_revision_is_refused() -> None:

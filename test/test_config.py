@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from itertools import permutations
 from typing import Any
 
 import pytest
@@ -44,6 +46,23 @@ def test_every_value_is_known_in_range_and_of_the_type_that_ros_wants(name: str)
     # Normals and graph need several points within their radii.
     assert params.normal_radius >= 2 * params.voxel_size
     assert params.max_radius >= 3 * params.voxel_size
+
+
+def test_each_file_names_all_that_any_other_does() -> None:
+    names = {name: list(values_of(name)) for name in SCENES}
+    assert all(given == names[SCENES[0]] for given in names.values()), "in the same order"
+
+
+@pytest.mark.parametrize("order", [list, sorted, reversed], ids=["as written", "sorted", "reversed"])
+@pytest.mark.parametrize(("first", "second"), list(permutations(SCENES, 2)))
+def test_one_loaded_after_another_leaves_no_trace_of_it(
+    first: str, second: str, order: Callable[[Iterable[str]], Iterable[str]]
+) -> None:
+    params = params_of(first)
+    values = values_of(second)
+    for name in order(values):  # one by one, as `ros2 param load` sets them: each step must be valid
+        params = params.replace(**{name: values[name]})
+    assert params == params_of(second)
 
 
 @pytest.mark.parametrize("name", SCENES)

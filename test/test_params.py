@@ -6,14 +6,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from places import TEST
 
 from topo_region_seg.parameter_table import ParameterError, Row
 from topo_region_seg.params import Params
+from topo_region_seg.ros.node_params import NodeParams
 
 
 def test_every_field_is_a_row_with_a_meaning_and_bounds() -> None:
@@ -140,3 +143,10 @@ def test_every_parameter_with_a_condition_is_ineffective_somewhere_and_effective
         other = 0.01 if row.name == "radius" else _another(row)
         effect = {row.name in dataclasses.replace(p, **{row.name: other}).without_effect() for p in settings}
         assert effect == {True, False}, row.name
+
+
+def test_every_parameter_is_named_in_a_test() -> None:
+    """Of its own accord: not in a list of all of them."""
+    tests = "".join(path.read_text(encoding="utf-8") for path in TEST.rglob("test_*.py"))
+    for row in (*Params.table(), *NodeParams.table()):
+        assert re.search(rf"\b{row.name}\b", tests), f"no test names {row.name}"

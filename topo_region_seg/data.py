@@ -28,12 +28,16 @@ class Cloud:
         8-bit sRGB, or None for a cloud without color.
     height, width : int
         Organization; ``height * width == N``, and ``height == 1`` for an unorganized cloud.
+    sensor_pose : tuple of 7 floats, optional
+        Where the sensor was in the frame of the positions: x, y, z (m) and the unit quaternion w, x, y, z, as the
+        VIEWPOINT of a PCD file has it. None: not known; taken to be the origin.
     """
 
     xyz: npt.NDArray[np.floating]
     rgb: npt.NDArray[np.uint8] | None
     height: int
     width: int
+    sensor_pose: tuple[float, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.xyz)

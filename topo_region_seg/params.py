@@ -45,7 +45,13 @@ class Params(ParameterTable):
     )
     crop_box_pose: tuple[float, ...] = parameter(
         (),
-        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in the sensor frame; empty = that frame",
+        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in that of the clouds; empty = the same",
+        lengths=(0, 6),
+    )
+    sensor_pose: tuple[float, ...] = parameter(
+        (),
+        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the sensor in the frame of the clouds, for clouds in another "
+        "frame than the sensor's, such as base_link or map; empty = as the file says, else at the origin",
         lengths=(0, 6),
     )
     drop_zeros: bool = parameter(

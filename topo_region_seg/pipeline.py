@@ -17,7 +17,8 @@ from topo_region_seg.clock import Clock
 from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
-from topo_region_seg.data import Cloud, Features, Notice, SegmentationWarning
+from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
+from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
 from topo_region_seg.growth import growth_of_output, growth_of_regions, is_auto
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation, segmentation_at
@@ -27,8 +28,14 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.sensor import known_position, position_above_map
+from topo_region_seg.steps.support.removal import above
+from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
+
+AVERAGED = 1.2
+"""Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
+in 8-bit sRGB is up to 1.2 dE, and the average of two colors may be that far from any color of the cloud."""
 
 
 class MissingColorError(ValueError):
@@ -41,6 +48,11 @@ class Pipeline:
     def __init__(self, params: Params | None = None) -> None:
         self.params = params or Params()
         self._told = False
+
+    @property
+    def needs_color(self) -> bool:
+        """Whether the criterion compares colors, so that a cloud without is refused."""
+        return growth_of_output(self.params).uses_color
 
     def run(self, cloud: Cloud, warn: Callable[[str, str], None] | None = None) -> Segmentation:
         """Segment a cloud.
@@ -63,29 +75,39 @@ class Pipeline:
             raise MissingColorError(
                 f"the cloud has no color, but features is '{params.features}'; set features to 'normals'"
             )
-        notices = [] if self._told else _without_effect(params)
+        notices = [] if self._told else parameters_in_vain(params)
         self._told = True
         clock = Clock()
         with clock("crop"):
-            rows = crop(cloud.xyz, params)
-            xyz = gather_columns(cloud.xyz, rows)
+            known = known_position(cloud, params)
+            sensor = np.zeros(3) if known is None else known
+            rows = crop(cloud.xyz, sensor, params)
+            if len(rows) == 0:
+                sensor, rows, notice = _seen_otherwise(cloud, params, known)
+                notices.append(notice)
+            xyz = gather_columns(cloud.xyz, rows, sensor)
         units = None
         if auto:
             with clock("local_units"):
                 units = local_units(xyz, rows, cloud.width, cloud.height)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
         with clock("floor"):
-            plane, distance = None, growth.floor_distance
+            support, distance = NO_SUPPORT, growth.floor_distance
             if params.remove_floor:
-                plane = find_floor(xyz, distance, params.floor_min_extent, params.floor_seed)
+                given = distance, params.floor_min_extent, params.floor_seed
+                support = find_support(xyz, *given, sensor_known=known is not None)
+            plane = support.plane
             if plane is not None:
                 kept = above(xyz, plane, distance)
                 rows, xyz = rows[kept], gather(xyz, kept)
+                plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             else:
                 xyz = np.ascontiguousarray(xyz)
+            notices += doubtful_support(support, known is not None, len(rows))
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
-            thinned = thin_for(params, xyz, rgb)
+            exact = growth.uses_color and growth.color[1] < AVERAGED
+            thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
@@ -114,6 +136,7 @@ class Pipeline:
             components = filtration(channels, limits, growth.max_radius, tree, needs_normals=not growth.uses_color)
         filtered = FilteredCloud(
             xyz=points.xyz,
+            sensor=sensor,
             weight=points.weight,
             index=rows[points.first] if thinned else rows,
             rows=rows,
@@ -131,6 +154,7 @@ class Pipeline:
             with clock("stable_scale"):
                 scale = stable_scale(components, points.weight, params.min_region_size)
         seg = segmentation_at(filtered, params, scale, clock)
+        notices += no_regions(seg)
         for notice in notices:
             (warn or _python_warning)(notice.code, notice.text)
         return replace(seg, notices=tuple(notices))
@@ -163,12 +187,15 @@ def warm_up() -> None:
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
 
 
-def _without_effect(params: Params) -> list[Notice]:
-    by_cause: dict[str, list[str]] = {}
-    for name, cause in params.without_effect().items():
-        by_cause.setdefault(cause, []).append(f"{name} = {getattr(params, name)}")
-    parts = [f"with {cause}: {', '.join(values)}" for cause, values in by_cause.items()]
-    return [Notice("no_effect", f"parameters without effect {'; '.join(parts)}")] if parts else []
+def _seen_otherwise(cloud: Cloud, params: Params, known: FloatArray | None) -> tuple[FloatArray, IntArray, Notice]:
+    """Return where a cloud of which nothing is in range is seen from, the rows that are left then, and a notice."""
+    sensor = np.zeros(3) if known is None else known
+    if known is None:
+        rows = crop(cloud.xyz, sensor, params, any_range=True)
+        above_map = position_above_map(cloud.xyz[rows].astype(np.float64))
+        if above_map is not None:
+            return above_map, rows, taken_for_map(above_map)
+    return sensor, np.empty(0, np.int64), no_points_left(cloud, params, sensor)
 
 
 def _python_warning(code: str, text: str) -> None:

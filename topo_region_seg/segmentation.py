@@ -12,6 +12,7 @@ from topo_region_seg.beyond.adjacency import adjacency
 from topo_region_seg.beyond.objects.unite import unite_objects
 from topo_region_seg.beyond.supervoxels.patches import supervoxels
 from topo_region_seg.clock import Clock
+from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.data import (
     Adjacency,
     Barcode,
@@ -26,7 +27,12 @@ from topo_region_seg.data import (
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud, components_at, labels_of_input
+from topo_region_seg.steps.scales.filtered_cloud import (
+    FilteredCloud,
+    components_at,
+    labels_of_input,
+    positions_of_input,
+)
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.small_regions import settle_small_regions
 
@@ -124,19 +130,23 @@ class Segmentation:
         Parameters
         ----------
         radius : float, optional
-            Largest distance of two such points, metres; the radius of normals, within which points count as one
-            surface, unless given.
+            Largest distance of two such points, metres; unless given, the radius of normals, within which points count
+            as one surface: it grows with the spacing of points where `max_radius` is auto.
 
         Raises
         ------
         ValueError
             If `radius` is not above 0.
         """
-        radius = self.filtered.growth.normal_radius if radius is None else radius
-        if not radius > 0.0:
+        filtered, tree = self.filtered, self.filtered.tree
+        positions = np.ascontiguousarray(filtered.channels[:, :3])
+        if radius is None:
+            radius = filtered.growth.normal_radius
+        elif not radius > 0.0:
             raise ValueError(f"radius is {radius}, must be above 0 m")
-        positions = np.ascontiguousarray(self.filtered.channels[:, :3])
-        return adjacency(positions, self.barcode.label, self.filtered.tree, radius)
+        elif not np.array_equal(positions, filtered.xyz):
+            positions, tree = filtered.xyz, position_tree(filtered.xyz)
+        return adjacency(positions, self.barcode.label, tree, radius)
 
     def divided(self, region: IntArray) -> Segmentation:
         """Return this segmentation with other regions of the preprocessed points, (M,), from 0; -1 for none."""
@@ -158,7 +168,7 @@ def _regions(filtered: FilteredCloud, components: Components, params: Params, sc
     channels, tree, weight = filtered.channels, filtered.tree, filtered.weight
     normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
     if params.output == "supervoxels":
-        return supervoxels(channels, tree, components.root, weight, limits, params)
+        return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params)
     if params.output == "objects" and normals is not None:
         loose = np.isnan(channels[:, 6])
         return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params)
@@ -170,11 +180,15 @@ def _described(
 ) -> Segmentation:
     whole = filtered.components
     labels = number_regions(filtered.xyz, region, filtered.weight)
+    table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components)
+    centroid, minimum, maximum = (
+        positions_of_input(filtered, column) for column in (table.centroid, table.minimum, table.maximum)
+    )
     return Segmentation(
         labels=labels_of_input(filtered, labels),
-        regions=describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components),
+        regions=replace(table, centroid=centroid, minimum=minimum, maximum=maximum),
         barcode=Barcode(
-            xyz=filtered.xyz,
+            xyz=positions_of_input(filtered, filtered.xyz),
             birth=np.zeros(len(labels)),
             death=whole.death,
             label=labels,

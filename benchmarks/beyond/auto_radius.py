@@ -78,7 +78,7 @@ def measure(setting: Setting, images: Path) -> str:
             plain = Pipeline(Params()).run(cloud)
             times.append((sum(seg.ms.values()), sum(plain.ms.values())))
         auto.append(weighted_overlap(frame.truth, seg.labels, cloud))
-        radii.append(1e3 * seg.params.radius)
+        radii.append(1e3 * seg.scale)
     means = np.mean(fixed, axis=0)
     best = int(np.argmax(means))
     rows = [[f"{1e3 * r:g} mm", f"{value:.3f}"] for r, value in zip(RADII, means, strict=True)]

@@ -4,17 +4,16 @@
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from revision_comparison.configurations import CORE, LAYOUTS, SPECIAL, STREAMS, TIMED, Configuration
+from revision_comparison.configurations import CORE, LAYOUTS, SPECIAL, STREAMS, Configuration
 from revision_comparison.differences import differences
-from revision_comparison.inputs import SIMULATED_BAG, Input, inputs, recorded, recordings
+from revision_comparison.inputs import SIMULATED_BAG, inputs, recorded, recordings, stored
 from revision_comparison.recording import LAYOUTS as LAYOUT_TOPICS
 from revision_comparison.recording import messages, write_layouts
 from revision_comparison.revisions import RevisionError, Worker
@@ -38,21 +37,6 @@ class Outcome:
         return f"DIFFERS  {self.name}: {'; '.join(self.problems[:SHOWN])}" + (f"; {more} more" if more > 0 else "")
 
 
-@dataclass(frozen=True)
-class Timing:
-    """CPU time of one configuration: medians in milliseconds, and the median of the ratios of single pairs."""
-
-    name: str
-    base_ms: float
-    present_ms: float
-    ratio: float
-
-    def line(self) -> str:
-        """Return what is printed."""
-        change = 100 * (self.ratio - 1)
-        return f"{self.name}: {self.base_ms:.1f} ms before, {self.present_ms:.1f} ms now, {change:+.1f} %"
-
-
 class Comparison:
     """Gives both revisions the same work; `folder` takes the files between them."""
 
@@ -69,11 +53,12 @@ class Comparison:
     def clouds(self, data: Path, *, quick: bool) -> Iterator[Outcome]:
         """Segment every cloud in every configuration."""
         for cloud in inputs(data, quick=quick):
-            path = self._stored(cloud)
+            path = stored(cloud, self._folder)
             for configuration in (*CORE, *(SPECIAL if cloud.special and not (quick and " " in cloud.name) else ())):
                 if cloud.rgb is not None or not configuration.needs_color:
                     request = {"do": "segment", "cloud": str(path), "params": configuration.params}
                     yield self._outcome(f"{cloud.name}: {configuration.name}", request, "arrays", "npz")
+            path.unlink()
 
     def replays(self, data: Path, *, quick: bool) -> Iterator[Outcome]:
         """Replay every recording, and one of several layouts of points."""
@@ -85,24 +70,6 @@ class Comparison:
         for topic in LAYOUT_TOPICS:
             for configuration in LAYOUTS:
                 yield self._replayed(layouts, topic, configuration)
-
-    def times(self, clouds: list[Input], runs: int) -> Iterator[Timing]:
-        """Measure the whole pipeline, one process at a time, in turns."""
-        for configuration in TIMED:
-            spent: list[tuple[float, float]] = []
-            for cloud in clouds:
-                request = {"do": "segment", "cloud": str(self._stored(cloud)), "params": configuration.params}
-                for run in range(-1, runs):  # the first one is not counted
-                    order = (0, 1) if run % 2 else (1, 0)
-                    pair = {place: self._workers[place].ask(request) for place in order}
-                    for answer in pair.values():
-                        if "error" in answer:
-                            raise RevisionError(f"{configuration.name}, {cloud.name}: {answer['error']}")
-                    if run >= 0:
-                        spent.append((pair[0]["cpu"], pair[1]["cpu"]))
-            base, present = (1e3 * statistics.median(column) for column in zip(*spent, strict=True))
-            ratio = statistics.median(now / before for before, now in spent)
-            yield Timing(configuration.name, base, present, ratio)
 
     def _replayed(self, bag: Path, topic: str | None, configuration: Configuration) -> Outcome:
         request = {"do": "replay", "bag": str(bag), "topic": topic, "params": configuration.params}
@@ -128,20 +95,7 @@ class Comparison:
         sides = zip(("before", "now"), answers, strict=True)
         return [f"fails {side}: {answer['error']}" for side, answer in sides if "error" in answer]
 
-    def _stored(self, cloud: Input) -> Path:
-        path = self._folder / "cloud.npz"
-        arrays: dict[str, Any] = {"xyz": cloud.xyz}
-        if cloud.rgb is not None:
-            arrays["rgb"] = cloud.rgb
-        np.savez(path, **arrays)
-        return path
-
 
 def _arrays(path: Path) -> dict[str, Any]:
     with np.load(path) as arrays:
         return dict(arrays)
-
-
-def as_dict(found: Outcome | Timing) -> dict[str, Any]:
-    """Return what JSON carries."""
-    return asdict(found)

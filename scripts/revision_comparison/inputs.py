@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -74,6 +72,16 @@ def recorded(bag: Path) -> Iterator[Input]:
             yield Input(f"{bag.stem}/{number}", xyz, np.ascontiguousarray(column("rgb")[..., 2::-1]))
 
 
+def stored(cloud: Input, folder: Path) -> Path:
+    """Write a cloud for the workers; return the file, which has the cloud's name."""
+    arrays: dict[str, Any] = {"xyz": cloud.xyz}
+    if cloud.rgb is not None:
+        arrays["rgb"] = cloud.rgb
+    path = folder / f"{cloud.name.replace('/', '_')}.npz"
+    np.savez(path, **arrays)
+    return path
+
+
 def _variants(cloud: Input) -> Iterator[Input]:
     """Yield the same cloud in the other forms that the API takes."""
     flat = cloud.xyz.reshape(-1, 3), None if cloud.rgb is None else cloud.rgb.reshape(-1, 3)
@@ -85,21 +93,14 @@ def _variants(cloud: Input) -> Iterator[Input]:
 
 
 def _simulated(scenes: list[tuple[int, tuple[int, int]]]) -> Iterator[Input]:
-    simulation = _simulation()
+    sys.path.insert(0, str(ROOT))  # these sources, not a copy that is installed
+    from topo_region_seg.offline import simulation
+
     for seed, size in scenes:
         scene, camera = simulation.tabletop(seed), simulation.Camera.kinect(*size)
         cloud = simulation.simulate(scene, camera, seed=seed).cloud
         shape = (cloud.height, cloud.width, 3)
         yield Input(f"simulator/{seed} {size[0]}x{size[1]}", cloud.xyz.reshape(shape), cloud.rgb.reshape(shape))
-
-
-def _simulation() -> ModuleType:
-    """Return the simulator of these sources, wherever they keep it."""
-    sys.path.insert(0, str(ROOT))
-    try:
-        return importlib.import_module("topo_region_seg.offline.simulation")
-    except ModuleNotFoundError:
-        return importlib.import_module("topo_region_seg.simulation")
 
 
 def _present(data: Path, names: tuple[str, ...]) -> list[Path]:

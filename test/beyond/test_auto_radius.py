@@ -132,7 +132,7 @@ def test_the_same_image_from_farther_away_has_the_same_regions(factor: float) ->
     """All of it lies where lengths grow with the depth: 160 pixels across are four times as wide as 640."""
     cloud = simulate(tabletop(1), Camera.kinect(160, 120), 1, None).cloud
     near, far = Pipeline(AUTO).run(scaled(cloud, 1.0)), Pipeline(AUTO).run(scaled(cloud, factor))
-    assert far.params.radius == pytest.approx(near.params.radius, rel=1e-6)
+    assert far.scale == pytest.approx(near.scale, rel=1e-6)
     assert np.mean(near.labels != far.labels) < 1e-3  # what lies on a threshold may fall to either side
     assert not np.array_equal(near.labels, Pipeline(AUTO.replace(max_radius=0.005)).run(scaled(cloud, 6.0)).labels)
 
@@ -145,7 +145,7 @@ def test_the_order_of_the_points_does_not_matter() -> None:
     one, other = (Pipeline(AUTO).run(Cloud(cloud.xyz[rows], cloud.rgb[rows], 1, len(rows))) for rows in (valid, order))
     back = np.empty(len(valid), np.int64)
     back[np.argsort(order)] = np.arange(len(valid))
-    assert other.params.radius == pytest.approx(one.params.radius, rel=1e-9)
+    assert other.scale == pytest.approx(one.scale, rel=1e-9)
     assert np.array_equal(one.labels, other.labels[np.argsort(order)])
 
 

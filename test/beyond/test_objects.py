@@ -11,9 +11,11 @@ from places import SHARED
 from scipy.spatial import cKDTree
 
 from topo_region_seg.beyond.objects.continuation import regions_along
-from topo_region_seg.beyond.objects.convexity import find_borders
-from topo_region_seg.beyond.objects.turns import mean_turns, oriented_blocks
+from topo_region_seg.beyond.objects.convexity import Borders, find_borders
+from topo_region_seg.beyond.objects.curvature import mean_curvatures
+from topo_region_seg.beyond.objects.unite import _unite_convex
 from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import growth_of_output
@@ -115,7 +117,7 @@ def test_borders_are_those_of_all_pairs(seed: int) -> None:
     loose = rng.random(400) < 0.1
     normals[loose], region[loose] = np.nan, -1
     tree = position_tree(xyz)
-    blocks, uniform = oriented_blocks(tree, xyz, normals), uniform_regions(tree, region)
+    blocks, uniform = leaf_blocks(tree, xyz, normals), uniform_regions(tree, region)
     found = find_borders(tree, blocks, region[tree.order], uniform, reach, tolerance, 0, 0)
     a, b = cKDTree(xyz).query_pairs(reach, output_type="ndarray").T
     judged = (region[a] != region[b]) & ~loose[a] & ~loose[b]
@@ -144,7 +146,7 @@ def test_turns_are_those_of_all_pairs(middle: float) -> None:
     normals[rng.random(500) < 0.1] = np.nan
     normals[0] = np.nan
     tree, radius, turn = position_tree(xyz), 0.015, np.empty(500)
-    mean_turns(tree, oriented_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
+    mean_curvatures(tree, leaf_blocks(tree, xyz, normals), radius, 0, len(tree.start), turn)
     known = ~np.isnan(normals[:, 0])
     for i in range(500):
         apart = xyz[i] - xyz
@@ -159,8 +161,8 @@ def test_the_turn_on_a_sphere_is_that_of_its_normals() -> None:
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     tree, turn = position_tree(0.06 * directions), np.empty(20_000)
     for sign in (1.0, -1.0):  # seen from outside, and from inside
-        blocks = oriented_blocks(tree, 0.06 * directions, sign * directions)
-        mean_turns(tree, blocks, 0.012, 0, len(tree.start), turn)
+        blocks = leaf_blocks(tree, 0.06 * directions, sign * directions)
+        mean_curvatures(tree, blocks, 0.012, 0, len(tree.start), turn)
         np.testing.assert_allclose(turn, sign * 0.2, rtol=1e-3)
 
 
@@ -225,3 +227,56 @@ def test_objects_of_the_labelled_recording() -> None:
     frames = evaluate(Task(source, params, program_version(), 0, None, 12)).frames
     mean = {name: np.mean([frame.measures[name] for frame in frames]) for name in ("wov", "fos", "fus")}
     assert mean["wov"] > 0.975 and mean["fos"] < 0.017 and mean["fus"] < 0.02
+
+
+def unite_by_hand(borders: Borders, body: npt.NDArray[np.bool_], share: float) -> npt.NDArray[np.int64]:
+    """Judge all borders of the present groups, unite those of the surest, and begin again."""
+    group = np.arange(len(body))
+    while True:
+        sums: dict[tuple[int, int], Floats] = {}
+        for a, b, pairs, convex in zip(borders.first, borders.second, borders.pairs, borders.convex, strict=True):
+            low, high = sorted((int(group[a]), int(group[b])))
+            if body[a] and body[b] and low != high:
+                sums[low, high] = sums.get((low, high), np.zeros(2)) + (pairs, convex)
+        sure = []
+        for border, (pairs, convex) in sums.items():
+            if pairs >= 20.0 and convex / pairs > share:
+                # Wilson's standard error, with twenty pairs for one that is independent.
+                n, p = pairs / 20.0, convex / pairs
+                sure.append((p - np.sqrt(p * (1.0 - p) / n + 1.0 / (4.0 * n * n)), border))
+        if not sure:
+            return group
+        _, (a, b) = max(sure)
+        group[group == b] = a
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_convex_borders_are_opened_in_the_order_of_their_surety(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 14
+    first, second = np.triu_indices(n, 1)
+    there = rng.random(len(first)) < 0.35
+    first, second = first[there], second[there]
+    pairs = np.round(10.0 ** rng.uniform(1.0, 3.0, len(first)))
+    convex = np.round(pairs * rng.uniform(0.55, 1.0, len(first)))
+    body = rng.random(n) < 0.9
+    borders = Borders(first, second, pairs, convex, rng.random(len(first)))
+    wanted = unite_by_hand(borders, body, 0.75)
+    np.testing.assert_array_equal(_unite_convex(borders, body, 0.75), wanted)
+    assert len(np.unique(wanted)) < n
+
+
+def test_a_border_of_few_pairs_is_less_sure_than_one_of_many() -> None:
+    """Regions 0 and 2 meet concavely: 1 goes to the one with the surer border, though its share is the smaller one."""
+    borders = Borders(
+        np.array([0, 1, 0]), np.array([1, 2, 2]), np.array([4000.0, 25.0, 4000.0]), np.array([3800.0, 25.0, 0.0]), X
+    )
+    assert _unite_convex(borders, np.ones(3, bool), 0.8).tolist() == [0, 0, 2]
+
+
+@pytest.mark.parametrize(("radius", "united"), [(0.008, False), (0.02, True)])
+def test_faces_farther_apart_than_the_border_radius_are_not_compared(radius: float, united: bool) -> None:
+    """Two faces of a box whose common edge the sensor did not see: a strip of 10 mm is missing."""
+    xyz = np.concatenate([face(CORNER + 0.01 * X, X, Y), face(CORNER, Y, Z)])
+    labels = objects(xyz, OBJECTS.replace(object_border_radius=radius))
+    assert (len(np.unique(labels[labels > 0])) == 1) == united

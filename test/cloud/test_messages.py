@@ -34,6 +34,10 @@ def columns(msg):
     return np.asarray(msg.data).view(record)
 
 
+def vector(value):
+    return [value.x, value.y, value.z]
+
+
 def test_labeled_points_keep_header_order_and_color(segmented):
     msg, cloud, seg = segmented
     out = messages.labeled_points(TYPES, msg, cloud, seg)
@@ -70,17 +74,37 @@ def test_region_colors_are_those_of_the_boxes_and_dark_without_a_region(segmente
 
 
 def test_region_rows(segmented):
-    _, _, seg = segmented
+    """Every column of every region, computed from the labeled points."""
+    _, cloud, seg = segmented
     out = messages.regions(TYPES, header(), seg)
     table = columns(out)
-    assert len(table) == len(seg.regions)
-    for row, name in ((table[0], seg.regions[0]), (table[-1], seg.regions[-1])):
-        assert row["label"] == name.label and row["size"] == name.size
-        np.testing.assert_allclose([row["x"], row["y"], row["z"]], name.centroid, rtol=1e-6)
-        extent = np.subtract(name.maximum, name.minimum)
-        np.testing.assert_allclose([row["extent_x"], row["extent_y"], row["extent_z"]], extent, atol=1e-6)
-        np.testing.assert_allclose([row["L"], row["a"], row["b"]], name.mean_lab, rtol=1e-5)
-        np.testing.assert_allclose(row["persistence"], name.persistence, rtol=1e-6)
+    assert table.dtype.names == (
+        "x", "y", "z", "label", "size", "min_x", "min_y", "min_z", "extent_x", "extent_y", "extent_z",
+        "L", "a", "b", "normal_x", "normal_y", "normal_z", "persistence",
+    )  # fmt: skip
+    assert len(table) == len(seg.regions) == len(set(table["label"]))
+    for row, region in zip(table, seg.regions, strict=True):
+        points = cloud.xyz[seg.labels == row["label"]]
+        assert row["size"] == len(points)
+        low, high = points.min(axis=0), points.max(axis=0)
+        given = {
+            "x y z": region.centroid,
+            "min_x min_y min_z": region.minimum,
+            "extent_x extent_y extent_z": np.subtract(region.maximum, region.minimum),
+            "L a b": region.mean_lab,
+            "normal_x normal_y normal_z": region.mean_normal,
+        }
+        for names, values in given.items():
+            np.testing.assert_allclose([row[name] for name in names.split()], values, rtol=1e-5, atol=1e-6)
+        # Averages over voxels lie within the points; the box of what was averaged is no larger than theirs.
+        assert all(low[i] <= row[name] <= high[i] for i, name in enumerate("xyz"))
+        assert all(low[i] - 1e-6 <= row[f"min_{name}"] for i, name in enumerate("xyz"))
+        assert all(row[f"min_{n}"] + row[f"extent_{n}"] <= high[i] + 1e-6 for i, n in enumerate("xyz"))
+        np.testing.assert_allclose(np.linalg.norm([row[f"normal_{name}"] for name in "xyz"]), 1.0, rtol=1e-5)
+        np.testing.assert_allclose(row["persistence"], region.persistence, rtol=1e-6)
+    red, blue = table[np.argsort(table["x"])][[0, -1]]
+    assert red["a"] > 40.0 and blue["b"] < -40.0
+    assert red["normal_x"] * blue["normal_x"] < 0.0 and max(red["normal_z"], blue["normal_z"]) < 0.0
 
 
 def test_barcode_rows(segmented):
@@ -99,6 +123,26 @@ def test_markers_delete_those_before_and_label_each_region(segmented):
     assert len(markers) == 2 + 2 * len(seg.regions)
     assert (markers[-1].ns, markers[-1].text) == ("count", f"{len(seg.regions)} regions")
     assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
+    assert {marker.header.frame_id for marker in markers} == {"camera"}
+    for marker in markers[1:]:
+        turn = marker.pose.orientation
+        assert (marker.action, turn.x, turn.y, turn.z, turn.w) == (TYPES.Marker.ADD, 0.0, 0.0, 0.0, 1.0)
+    of = {(marker.ns, marker.id): marker for marker in markers}
+    for region in seg.regions:
+        low, high = np.array(region.minimum), np.array(region.maximum)
+        box, text = of["boxes", region.label], of["labels", region.label]
+        np.testing.assert_allclose(vector(box.pose.position), (low + high) / 2)
+        np.testing.assert_allclose(vector(box.scale), np.maximum(high - low, 0.001))
+        np.testing.assert_allclose(vector(text.pose.position), region.centroid)
+        assert vector(text.scale) == [0.0, 0.0, messages.TEXT_HEIGHT]
+        assert text.text == f"{region.label} ({region.size})"
+        assert (text.color.r, text.color.g, text.color.b, text.color.a) == (1.0, 1.0, 1.0, 1.0)
+        assert box.color.a == messages.BOX_ALPHA
+    low, high = seg.regions.minimum.min(axis=0), seg.regions.maximum.max(axis=0)
+    middle = (low + high) / 2
+    np.testing.assert_allclose(
+        vector(markers[-1].pose.position), [middle[0], low[1] - 2 * messages.TEXT_HEIGHT, middle[2]]
+    )
     box, text = markers[1:3]
     assert (box.type, text.type, text.text) == (
         TYPES.Marker.CUBE,
@@ -106,9 +150,15 @@ def test_markers_delete_those_before_and_label_each_region(segmented):
         f"1 ({seg.regions[0].size})",
     )
     assert 0.0 < box.color.a < 1.0
-    region = seg.regions[0]
-    np.testing.assert_allclose(box.pose.position.x, (region.minimum[0] + region.maximum[0]) / 2)
-    assert min(box.scale.x, box.scale.y, box.scale.z) > 0.0
+
+
+def test_a_region_without_volume_has_a_box_that_rviz_draws():
+    xyz, rgb = scene()
+    xyz[:, 2] = 0.6
+    cloud = Cloud(xyz, rgb, 48, 64)
+    seg = Pipeline(Params(features="color", remove_floor=False, voxel_size=0.0)).run(cloud)
+    boxes = [marker for marker in messages.region_markers(TYPES, header(), seg).markers if marker.ns == "boxes"]
+    assert [box.scale.z for box in boxes] == [0.001, 0.001]
 
 
 def test_everything_serializes(segmented):

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
-import time
 from array import array
 
 import clouds
@@ -194,14 +193,20 @@ def test_fields_that_are_not_needed_may_be_anything():
     np.testing.assert_array_equal(decode(msg, max_points=LIMIT).xyz, xyz)
 
 
-def test_absurd_fields_are_refused_in_milliseconds():
+class Unread(list):
+    """Fields that must be refused for their number, before any is looked at."""
+
+    def __iter__(self):
+        raise AssertionError("a message of any number of fields is walked through")
+
+
+def test_absurd_fields_are_refused():
     msg = message(*random_points(4))
-    many = [TYPES.PointField(name=f"f{i}", offset=0, datatype=FLOAT32, count=1) for i in range(5000)]
-    for fields in (many, [*msg.fields, TYPES.PointField(name="big", offset=0, datatype=FLOAT32, count=10**6)]):
-        msg.fields = fields
-        start = time.perf_counter()
-        assert reason(msg) == "too_many_fields"
-        assert time.perf_counter() - start < 0.05
+    sound = msg.fields
+    msg.fields = Unread(TYPES.PointField(name=f"f{i}", offset=0, datatype=FLOAT32, count=1) for i in range(5000))
+    assert reason(msg) == "too_many_fields"
+    msg.fields = [*sound, TYPES.PointField(name="big", offset=0, datatype=FLOAT32, count=10**6)]
+    assert reason(msg) == "too_many_fields"
 
 
 @pytest.mark.parametrize(("height", "width"), [(0, 0), (0, 1), (1, 0), (0, 0xFFFFFFFF)])
@@ -230,17 +235,6 @@ def test_checks_run_under_optimization():
 
     for module in (cloud_layout, pointcloud2):
         assert "assert " not in inspect.getsource(module)
-
-
-def test_a_vga_cloud_takes_milliseconds():
-    xyz, rgb = random_points(640 * 480)
-    msg = message(xyz, rgb, height=480)
-    times = []
-    for _ in range(5):
-        start = time.perf_counter()
-        decode(msg, max_points=10**6)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.02
 
 
 # --- encoding and back ---
@@ -297,10 +291,8 @@ def test_rclpy_messages_go_both_ways(ros_domain):
     xyz, rgb = random_points(640 * 480)
     bits = (rgb[:, 0].astype("<u4") << 16) | (rgb[:, 1].astype("<u4") << 8) | rgb[:, 2]
     columns = {"x": xyz[:, 0], "y": xyz[:, 1], "z": xyz[:, 2], "rgb": bits.view("<f4")}
-    start = time.perf_counter()
     msg = encode(types, types.Header(), columns, height=480, is_dense=True)
-    assert time.perf_counter() - start < 0.2  # element by element it takes a second
-    assert isinstance(msg.data, array)
+    assert isinstance(msg.data, array)  # rclpy takes anything else element by element
     back = deserialize_message(serialize_message(msg), types.PointCloud2)
     cloud = decode(back, max_points=10**6)
     np.testing.assert_array_equal(cloud.xyz, xyz)

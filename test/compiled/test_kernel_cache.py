@@ -8,9 +8,13 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import pytest
+
 import topo_region_seg
+from topo_region_seg.compiled import cache
 
 RUN = """
 import numpy as np
@@ -24,26 +28,82 @@ print(forest.death[1])
 """
 
 
-def test_a_change_in_one_kernel_reaches_those_it_is_compiled_into(tmp_path: Path) -> None:
-    package = tmp_path / "topo_region_seg"
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A copy of the package without compiled kernels."""
     home = Path(topo_region_seg.__file__).parent
-    shutil.copytree(home, package, ignore=shutil.ignore_patterns("__pycache__"))
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    return shutil.copytree(home, tmp_path / "topo_region_seg", ignore=shutil.ignore_patterns("__pycache__"))
 
-    def death() -> float:
-        code = RUN.format(home=str(tmp_path))
-        run = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment, cwd=tmp_path
-        )
-        return float(run.stdout)
 
-    assert death() == 2.0
-    assert list((tmp_path / "cache").rglob("*.nbi"))
+def death(package: Path, **environment: str) -> float:
+    """Let the kernels of a package unite two points, in a process of its own."""
+    home = package.parent
+    run = subprocess.run(
+        [sys.executable, "-c", RUN.format(home=str(home))],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": str(home), **environment},
+        cwd=home,
+    )
+    return float(run.stdout)
+
+
+def test_a_change_in_one_kernel_reaches_those_it_is_compiled_into(package: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "cache"
+    assert death(package, NUMBA_CACHE_DIR=str(folder)) == 2.0
+    (before,) = (folder / "topo_region_seg").iterdir()
+    kernels = {path: path.stat().st_mtime_ns for path in before.rglob("*.nb?")}
+    assert kernels
     source = package / "compiled" / "union_find.py"
     changed = source.read_text().replace("= scale", "= 7.0 * scale")
     assert changed != source.read_text()
     source.write_text(changed)
-    assert death() == 14.0
+    assert death(package, NUMBA_CACHE_DIR=str(folder)) == 14.0
+    # The new kernels have a folder of their own; the old ones have not been looked at.
+    assert len(list((folder / "topo_region_seg").iterdir())) == 2
+    assert {path: path.stat().st_mtime_ns for path in before.rglob("*.nb?")} == kernels
+
+
+def test_kernels_are_compiled_without_a_cache_where_no_folder_can_be_written(package: Path, tmp_path: Path) -> None:
+    no_folder = tmp_path / "file"
+    no_folder.touch()
+    (package / "__pycache__").touch()
+    there = {path for path in tmp_path.rglob("*")}
+    places = {"NUMBA_CACHE_DIR": str(no_folder), "XDG_CACHE_HOME": str(no_folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    assert death(package, **places) == 2.0
+    assert {path for path in tmp_path.rglob("*")} == there
+
+
+@pytest.mark.parametrize(
+    ("chosen", "kept_days", "deleted_days"),
+    [("", 0.5, 1.5), ("chosen", 20.0, 40.0)],
+    ids=["beside the code", "in a chosen folder"],
+)
+def test_outdated_kernels_are_deleted(
+    chosen: str, kept_days: float, deleted_days: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cache, "PACKAGE", tmp_path / "package")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / chosen) if chosen else "")
+    place = tmp_path / chosen / "package" if chosen else tmp_path / "package" / "__pycache__"
+    for name, days in {"kernels-kept": kept_days, "kernels-deleted": deleted_days, "else": deleted_days}.items():
+        (place / name / "inside").mkdir(parents=True)
+        used = time.time() - 24 * 3600 * days
+        os.utime(place / name, (used, used))
+    own = cache.cache_folder.__wrapped__()
+    assert own is not None
+    assert own.parent == place
+    assert {path.name for path in place.iterdir()} == {"kernels-kept", "else", own.name}
+
+
+def test_kernels_in_use_do_not_become_outdated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache, "PACKAGE", tmp_path / "package")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    own = cache.cache_folder.__wrapped__()
+    assert own is not None
+    os.utime(own, (0.0, 0.0))
+    cache.cache_folder.__wrapped__()
+    assert own.stat().st_mtime > time.time() - 3600.0
 
 
 WARM = """

@@ -61,7 +61,7 @@ def make_message(number: Number, data: Callable[[int], bytes]) -> Any:
 def decode_keeps_its_promise(msg: Any) -> bool:
     """Decode `msg`; return whether it was accepted. Fails if anything but a cloud or the one error comes out."""
     before = repr(msg)
-    started = time.perf_counter()
+    started = time.process_time()
     try:
         cloud = decode(msg, max_points=MAX_POINTS, warn=_check_warning)
     except CloudFormatError as error:
@@ -78,8 +78,8 @@ def decode_keeps_its_promise(msg: Any) -> bool:
         held = cloud.xyz.nbytes + (0 if cloud.rgb is None else cloud.rgb.nbytes)
         if held > BYTES_PER_POINT * MAX_POINTS:
             raise AssertionError(f"{held} bytes")
-    if (took := time.perf_counter() - started) > SECONDS:
-        raise AssertionError(f"{took:.2f} s for {msg.width} x {msg.height} points")
+    if (took := time.process_time() - started) > SECONDS:
+        raise AssertionError(f"{took:.2f} s of processor time for {msg.width} x {msg.height} points")
     if repr(msg) != before:
         raise AssertionError("the message was modified")
     return accepted

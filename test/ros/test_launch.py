@@ -114,6 +114,16 @@ def test_what_starts_depends_on_bag_and_rviz() -> None:
     assert left[-4:] == [*SIM_TIME, "-r", "points:=points"]
 
 
+@pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)
+def test_a_view_that_is_not_installed_is_said_and_the_rest_starts(file: Path) -> None:
+    lines = commands(file, ROOT, {"rviz": "true"}, without=("rviz2",))
+    said = [line[1] for line in lines if line[0] == "echo"]
+    assert len(said) == (1 if file == ONE else 2)
+    assert all("rviz2 is not installed" in text and "ros-jazzy-rviz2" in text for text in said)
+    assert {line[0] for line in lines} == {"echo", "region_segmentation_node"}
+    assert "rviz2" in [line[0] for line in commands(file, ROOT, {"rviz": "true"})]
+
+
 @pytest.mark.timeout(300)
 def test_two_cameras_from_recordings_each_give_their_labels(ros_domain: int, tmp_path: Path) -> None:
     """The command lines that launch would make of the file, run over DDS."""
@@ -189,10 +199,10 @@ def test_the_real_launch_makes_the_description_and_starts_nothing_twice(file: Pa
     module: Any = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     entities = module.generate_launch_description().entities
+    context = LaunchContext()
     arguments = [entity for entity in entities if isinstance(entity, DeclareLaunchArgument)]
     assert {argument.name for argument in arguments} == ARGUMENTS[file]
-    context = LaunchContext()
-    for bag, rviz, count in (("", "false", 1), ("recording.mcap", "false", 2), ("", "true", 2)):
+    for bag, rviz, count in (("", "false", 1), ("recording.mcap", "false", 2), ("", "true", 1)):
         context.launch_configurations.update({"bag": bag, "rviz": rviz})
         started = [
             entity

@@ -8,7 +8,9 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from bag_maker import cloud_entries, write_mcap, write_ros1
@@ -115,7 +117,8 @@ def test_a_signal_between_two_clouds_ends_as_ctrl_c_does(ros_domain, monkeypatch
     data = serialize_message(PointCloud2())
     playback = Playback("/points", hz=1e6, wait_for=0)
     # The second cloud is due at once: nothing looks at the context between its end and the publishing.
-    assert player.play(lambda: iter([(0, data), (0, data)]), playback, report=print, step=rclpy.shutdown) == 1
+    played = player.play(lambda: iter([(0, data), (0, data)]), playback, report=print, step=rclpy.shutdown)
+    assert played.published == 1
 
 
 def test_signals_after_the_last_cloud_change_nothing(ros_domain, tmp_path):
@@ -125,7 +128,7 @@ def test_signals_after_the_last_cloud_change_nothing(ros_domain, tmp_path):
     while process.poll() is None:  # the interpreter takes its time to end
         process.send_signal(signal.SIGINT)
         time.sleep(0.001)
-    assert (process.returncode, process.stderr.read()) == (0, "")
+    assert (process.returncode, process.stderr.read()) == (1, ""), "1, as nobody has received it"
     assert line.startswith("published 1 cloud ")
 
 
@@ -141,7 +144,48 @@ def test_nobody_subscribes(ros_domain, tmp_path):
 def test_best_effort_without_waiting(ros_domain, tmp_path):
     bag = write_mcap(tmp_path / "a.mcap", cloud_entries(2))
     status, err = finish(play(ros_domain + 50, bag, "--wait-for", "0", "--qos", "best_effort", "--hz", "50"))
-    assert status == 0 and "published 2 clouds" in err
+    assert status == 1
+    assert err.strip().endswith("published 2 clouds of /camera/points on points, but nobody subscribed to /points")
+
+
+def test_a_subscriber_that_has_not_received_the_last_cloud_is_no_success(ros_domain, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(ros_domain + 50))
+    publisher = SimpleNamespace(topic_name="/points", wait_for_all_acked=lambda _: acknowledged[0])
+    playback = Playback("/points")
+    for acknowledged in ([True], [False]):
+        why = player._why_unheard(publisher, playback, heard=True)
+        assert (why is None) == acknowledged[0]
+    assert "received the last ones within 5 s" in why and "--ipc=host" in why
+    assert player._why_unheard(publisher, replace(playback, reliable=False), heard=True) is None, "nobody acknowledges"
+
+
+def pauses(times, **how):
+    said = []
+    clouds = [(int(t * 1e9), b"") for t in times]
+    waits = [wait for wait, _ in player._pauses(clouds, Playback("/points", **how), said.append)]
+    return waits, said
+
+
+def test_gaps_that_no_camera_makes_are_said_and_skipped():
+    waits, said = pauses([0.0, 1.7e9, 1.7e9 + 0.5, 1.7e9 + 9.5, 1.7e9 + 30.0])
+    assert waits == pytest.approx([0.0, 1.0, 0.5, 9.0, 1.0])
+    assert said == [
+        "skipped a gap of 53.9 years in the recorded times, before cloud 2",
+        "skipped a gap of 20.5 s in the recorded times, before cloud 5",
+    ]
+
+
+def test_times_that_go_back_are_no_wait_and_no_rush():
+    waits, said = pauses([100.0, 101.0, 5.0, 6.0, 7.0])
+    assert waits == pytest.approx([0.0, 1.0, 0.0, 1.0, 1.0])
+    assert not said
+
+
+@pytest.mark.parametrize(("how", "expected"), [({"rate": 4.0}, [0.0, 0.5, 0.25]), ({"hz": 5.0}, [0.0, 0.2, 0.2])])
+def test_the_speed_is_that_which_is_asked_for(how, expected):
+    waits, said = pauses([10.0, 12.0, 1e6], **how)
+    assert waits == pytest.approx(expected)
+    assert len(said) == ("rate" in how), "a frequency has no gaps"
 
 
 def test_ros_arguments_are_passed_on(ros_domain, tmp_path):

@@ -377,24 +377,22 @@ def test_services_answer_within_100_ms_while_clouds_are_processed(client: Client
         assert service.wait_for_service(PATIENCE)
     msg = slow()
     stamp = client.publish(msg)
-    took = []
+    early = 0
     for _ in range(20):
         for service, request in services:
             if client.labels_of(stamp) is not None:
                 stamp = client.publish(msg)
                 time.sleep(0.05)
             answered = threading.Event()
-            started = time.monotonic()
             service.call_async(request).add_done_callback(lambda _, answered=answered: answered.set())
             assert answered.wait(PATIENCE)
-            took.append(time.monotonic() - started)
+            early += client.labels_of(stamp) is None
             time.sleep(0.02)
     for service, _ in services:
         client.node.destroy_client(service)
-    took.sort()
-    # One in twenty may wait for this machine's other processes, or for DDS to send a lost datagram again, which it
-    # does every 3 s; a node that works on its executor fails on most.
-    assert took[int(0.95 * len(took)) - 1] < 0.1, f"{[round(1e3 * t) for t in took]} ms"
+    # A few may wait for other processes, or for DDS to send a lost datagram again; a node that works on its executor
+    # answers after the cloud, always.
+    assert early >= 0.8 * 20 * len(services), f"{early} of {20 * len(services)} calls were answered before the cloud"
 
 
 def test_every_cloud_is_answered_dropped_or_rejected_even_when_the_input_closes(client: Client) -> None:

@@ -79,13 +79,51 @@ def test_every_transition_by_its_service(start: Callable[..., NodeProcess], clie
     assert "Traceback" not in node.log
 
 
-def test_a_failing_configuration_is_logged_and_leaves_the_node_unconfigured(
+WRONG_OUTPUT = "qos_overrides./labeled_points.publisher.reliability"
+WRONG_INPUT = "qos_overrides./points.subscription.reliability"
+
+
+@pytest.mark.parametrize("name", [WRONG_OUTPUT, WRONG_INPUT])
+def test_a_start_that_fails_ends_the_process_and_names_the_parameter(
+    name: str, start: Callable[..., NodeProcess], client: Client
+) -> None:
+    node = start("-p", f"{name}:=besteffort")
+    assert node.process.wait(STARTUP) == 1
+    text = f"{name} = 'besteffort': must be one of system_default, reliable, best_effort"
+    assert text in node.log.splitlines()[-1]
+    assert "Traceback" not in node.log
+    until(
+        lambda: any(r.status[0].level == b"\x02" and text in r.status[0].message for r in client.diagnostics), "ERROR"
+    )
+
+
+def test_a_transition_that_fails_is_an_error_until_one_succeeds(
     start: Callable[..., NodeProcess], client: Client
 ) -> None:
-    node = start("-p", "qos_overrides./labeled_points.publisher.reliability:=sometimes")
-    node.wait_for_log("configure failed")
-    assert "sometimes" in node.log
-    assert client.state() == "unconfigured"
+    node = start("-p", "autostart:=false", "-p", f"{WRONG_INPUT}:=sometimes")
+    assert client.change_state(Transition.TRANSITION_CONFIGURE)
+    assert not client.change_state(Transition.TRANSITION_ACTIVATE)
+    assert client.state() == "inactive"
+    assert f"activate failed: {WRONG_INPUT} = 'sometimes'" in node.log
+
+    def newest() -> tuple[bytes, str]:
+        status = client.diagnostics[-1].status[0] if client.diagnostics else None
+        return (status.level, status.message) if status else (b"", "")
+
+    until(lambda: newest()[0] == b"\x02" and newest()[1].startswith("activate failed"), "an error in the diagnostics")
+    assert client.change_state(Transition.TRANSITION_CLEANUP)
+    until(lambda: newest() == (b"\x00", "unconfigured"), "no error any more")
+    assert node.stop() == 0
+
+
+def test_a_configuration_that_fails_leaves_nothing_behind(start: Callable[..., NodeProcess], client: Client) -> None:
+    name = "qos_overrides./barcode.publisher.depth"
+    node = start("-p", "autostart:=false", "-p", f"{name}:=many")
+    for _ in range(2):
+        assert not client.change_state(Transition.TRANSITION_CONFIGURE)
+        assert client.state() == "unconfigured"
+        until(lambda: not client.node.count_publishers("labeled_points"), "the topics that were made before to go")
+    assert f"configure failed: {name} = 'many': must be a whole number" in node.log
     assert node.stop() == 0
 
 
@@ -119,7 +157,8 @@ def test_an_impossible_quality_of_service_of_the_diagnostics_is_one_line(
 ) -> None:
     node = start("-p", f"qos_overrides./diagnostics.publisher.{override}")
     assert node.process.wait(STARTUP) == 2
-    assert "/diagnostics: " in node.log and override.partition(":=")[2] in node.log
+    name, value = override.split(":=")
+    assert f"qos_overrides./diagnostics.publisher.{name} = '{value}': must be " in node.log
     assert "Traceback" not in node.log
 
 
@@ -142,17 +181,6 @@ def test_a_keystore_that_cannot_be_used_is_one_line(
     assert "Traceback" not in node.log
     wanted = "error creating node" if enclave == "region_segmentation" else "does not exist"
     assert wanted in node.log.splitlines()[-1]
-
-
-def test_a_failing_activation_is_logged_and_leaves_the_node_inactive(
-    start: Callable[..., NodeProcess], client: Client
-) -> None:
-    node = start("-p", "qos_overrides./points.subscription.reliability:=sometimes")
-    node.wait_for_log("activate failed")
-    assert "sometimes" in node.log
-    assert client.state() == "inactive"
-    assert client.change_state(Transition.TRANSITION_CLEANUP)
-    assert node.stop() == 0
 
 
 def test_a_failing_deactivation_releases_everything_and_begins_anew(
@@ -215,7 +243,8 @@ def test_the_shipped_parameter_file_is_the_default(start: Callable[..., NodeProc
 @pytest.mark.parametrize(
     ("argument", "text"),
     [
-        ("normal_radius:=1", "normal_radius = 1: ROS tells 1 from 1.0; write 1.0"),
+        ("normal_radius:=2", "normal_radius = 2.0: must be at most 1 m"),
+        ("normal_radius:=wide", "normal_radius = 'wide': must be a number"),
         ("max_radius:=-1.0", "max_radius = -1.0: must be at least 1e-06 m"),
         ("features:=colour", "features = 'colour': must be one of color+normals, color, normals"),
         ("min_range:=11.0", "min_range (11.0) is greater than max_range (10.0)"),
@@ -230,6 +259,65 @@ def test_invalid_start_values_are_named_in_one_line(
     assert node.process.wait(20) == 2
     assert text in node.log
     assert "Traceback" not in node.log
+
+
+def test_whole_numbers_and_lists_of_them_are_taken_for_lengths(
+    start: Callable[..., NodeProcess], client: Client
+) -> None:
+    lists = ("-p", "crop_box:=[-1, -2, 0, 1, 2, 3]")
+    start("-p", "autostart:=false", "-p", "max_range:=3", "-p", "min_region_size:=50.0", *lists)
+    assert (client.get_parameter("max_range"), client.get_parameter("min_region_size")) == (3.0, 50)
+    assert list(client.get_parameter("crop_box")) == [-1.0, -2.0, 0.0, 1.0, 2.0, 3.0]
+    results = client.set_parameters({"max_range": 4, "crop_box": [0, 0, 0, 1, 1, 1], "warning_period": 2})
+    assert [result.successful for result in results] == [True] * 3
+    value = client.get_parameter("max_range")
+    assert isinstance(value, float) and value == 4.0, "still a double"
+    assert not client.set_parameters({"filtration_steps": 2.5})[0].successful
+    assert not client.set_parameters({"max_range": 2000})[0].successful
+
+
+def test_overrides_of_no_topic_are_named(start: Callable[..., NodeProcess]) -> None:
+    given = [
+        "/pionts.subscription.depth:=3",
+        "/points.subscription.durabilty:=volatile",
+        "/labeled_points.publisher.durability:=volatile",
+        "/points.subscription.depth:=3",
+        "/parameter_events.publisher.depth:=10",
+    ]
+    node = start(*(part for text in given for part in ("-p", f"qos_overrides.{text}")), "-p", "use_sim_timee:=true")
+    node.wait_for_log("active: waiting")
+    warned = [line.partition("unknown parameter ")[2] for line in node.log.splitlines() if "unknown parameter" in line]
+    assert sorted(warned) == [
+        "'qos_overrides./labeled_points.publisher.durability' ignored; did you mean "
+        "'qos_overrides./labeled_points.publisher.reliability'?",
+        "'qos_overrides./pionts.subscription.depth' ignored; did you mean 'qos_overrides./points.subscription.depth'?",
+        "'qos_overrides./points.subscription.durabilty' ignored; did you mean "
+        "'qos_overrides./points.subscription.durability'?",
+        "'use_sim_timee' ignored; did you mean 'use_sim_time'?",
+    ]
+
+
+def test_a_parameter_file_without_effect_is_one_line(start: Callable[..., NodeProcess], tmp_path: Path) -> None:
+    other, missing = tmp_path / "other.yaml", tmp_path / "missing.yaml"
+    other.write_text("/segmentation:\n  ros__parameters:\n    max_radius: 0.03\n")
+    node = start("--params-file", str(other), "-p", "autostart:=false")
+    node.wait_for_log("autostart is off")
+    assert f"{other}: holds parameters for /segmentation, none for /region_segmentation" in node.log
+    refused = start("--params-file", str(missing))
+    assert refused.process.wait(STARTUP) == 2
+    assert str(missing) in refused.log.splitlines()[-1] and "Error opening YAML file" in refused.log.splitlines()[-1]
+    assert "Traceback" not in refused.log
+
+
+def test_without_a_folder_for_logs_it_runs_and_says_so(
+    start: Callable[..., NodeProcess], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file" / "log"))
+    node = start("-p", "autostart:=false")
+    node.wait_for_log("autostart is off")
+    assert "no log file is written" in node.log and "set ROS_LOG_DIR" in node.log
+    assert node.stop() == 0
 
 
 def test_silence_is_reported_with_advice(start: Callable[..., NodeProcess], client: Client) -> None:

@@ -71,6 +71,48 @@ def test_an_exception_in_a_frame_is_counted_and_the_next_one_answered() -> None:
     assert "ZeroDivisionError: a defect" in warnings[0] and ".py:" in warnings[0]
 
 
+class TellingPipeline(Pipeline):
+    """Tells something of every cloud."""
+
+    def run(self, cloud: Any, warn: Any = None) -> Any:
+        warn("thinned", "as was asked for")
+        warn("out_of_range", "all points lie beyond max_range")
+        return super().run(cloud, warn)
+
+
+def test_what_is_to_be_known_of_an_answer_is_counted_and_logged_once_in_a_period() -> None:
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    process.pipeline = TellingPipeline(Params())
+    for _ in range(3):
+        process.process(frame())
+    now = statistics.snapshot()
+    assert (now.processed, len(published)) == (3, 3)
+    assert now.notices == {"out_of_range": 3}, "and what a parameter asks for is no trouble"
+    assert now.notice_texts == {"out_of_range": "all points lie beyond max_range"}
+    assert [line for line in logger.lines if line.startswith("[")] == [
+        "[thinned] as was asked for",
+        "[out_of_range] all points lie beyond max_range",
+    ]
+    report = diagnostics(Time(), "/n", "active", None, now, after(), 5.0).status[0]
+    assert {item.key: item.value for item in report.values}["notice: out_of_range"] == "3"
+
+
+def test_colors_that_cannot_be_read_stop_only_those_who_compare_them() -> None:
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    odd = frame()
+    next(field for field in odd.msg.fields if field.name == "rgb").datatype = 8
+    process.process(odd)
+    assert statistics.snapshot().rejected == {"color_type": 1}
+    process.pipeline = Pipeline(Params(features="normals"))
+    process.process(odd)
+    process.process(frame())
+    assert statistics.snapshot().processed == len(published) == 2
+    assert (published[0].labels == published[1].labels).all()
+    assert [line for line in logger.lines if line.startswith("[color_unreadable]")], "and it is said"
+
+
 def test_warnings_come_once_in_a_period_for_each_reason() -> None:
     logger, period = Logger(), [60.0]
     log = ReasonLog(logger, lambda: period[0])  # type: ignore[arg-type]
@@ -87,6 +129,9 @@ def test_warnings_come_once_in_a_period_for_each_reason() -> None:
 def after(*events: str) -> Snapshot:
     statistics = Statistics()
     for event in events:
+        if event.startswith("notice "):
+            statistics.noticed(event.split()[1], f"text of {event.split()[1]}")
+            continue
         statistics.received(displaced=event == "dropped", skipped=0)
         if event == "processed":
             statistics.processed({"filtration": 1.0}, 2.0, 3.0, points=5, regions=4, stamp="7.000000000")
@@ -96,9 +141,15 @@ def after(*events: str) -> Snapshot:
 
 
 def level(
-    now: Snapshot, *, state: str = "active", timeout: float = 5.0, before: Snapshot | None = None
+    now: Snapshot,
+    *,
+    state: str = "active",
+    failure: str | None = None,
+    timeout: float = 5.0,
+    before: Snapshot | None = None,
 ) -> tuple[bytes, str]:
-    status = diagnostics(Time(), "/robot/region_segmentation", state, now, before or after(), timeout).status[0]
+    report = diagnostics(Time(), "/robot/region_segmentation", state, failure, now, before or after(), timeout)
+    status = report.status[0]
     assert status.name == "robot/region_segmentation: segmentation"
     return status.level, status.message
 
@@ -117,6 +168,14 @@ def test_levels_of_the_diagnostics() -> None:
     assert level(after(), timeout=1e-9)[0] == ERROR
     assert level(after(), timeout=0.0)[0] == OK
     assert level(after("bad_stamp"), state="inactive") == (OK, "inactive")
+    for state in ("unconfigured", "active"):
+        assert level(after("processed"), state=state, failure="configure failed: why") == (
+            ERROR,
+            "configure failed: why",
+        )
+    said = after("processed", "notice far", "notice far", "notice empty")
+    assert level(said) == (WARN, "1 clouds processed, empty: text of empty, far: text of far")
+    assert level(said, before=said)[0] == OK
 
 
 def test_percentiles_of_the_latency() -> None:
@@ -124,11 +183,3 @@ def test_percentiles_of_the_latency() -> None:
     for ms in range(1, 101):
         statistics.processed({}, float(ms), 0.0, points=1, regions=1, stamp="")
     assert statistics.snapshot().latencies_ms == {"median": 50.0, "95 %": 95.0, "99 %": 99.0, "max": 100.0}
-
-
-def test_a_cloud_that_waits_when_the_input_closes_is_counted_as_dropped() -> None:
-    statistics = Statistics()
-    statistics.received(displaced=False, skipped=0)
-    statistics.dropped()
-    now = statistics.snapshot()
-    assert (now.received, now.dropped) == (1, 1)

@@ -104,3 +104,17 @@ def test_degenerate_neighborhoods_give_finite_normals(xyz: Array) -> None:
 def test_no_points() -> None:
     assert normals_of(np.zeros((0, 3)), Params()).shape == (0, 3)
     assert srgb_to_lab(np.zeros((0, 3), np.uint8)).shape == (0, 3)
+
+
+@pytest.mark.parametrize("direction", [[0.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.3, -0.2, 0.9], [-0.5, 0.5, 0.7]])
+def test_points_on_a_line_through_the_sensor_have_one_normal(direction: list[float]) -> None:
+    ray = np.array(direction) / np.linalg.norm(direction)
+    xyz = np.linspace(0.5, 0.55, 50)[:, None] * ray
+    normals = normals_of(xyz, Params())
+    assert np.allclose(normals @ ray, 0.0, atol=1e-6)
+    assert np.ptp(normals, axis=0).max() < 1e-9
+
+
+def test_points_on_a_line_beside_the_sensor_look_towards_it() -> None:
+    xyz = np.column_stack([np.full(50, 0.1), np.zeros(50), np.linspace(0.5, 0.55, 50)])
+    assert np.allclose(normals_of(xyz, Params()), [-1.0, 0.0, 0.0], atol=1e-6)

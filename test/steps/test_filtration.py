@@ -44,8 +44,8 @@ def test_components_and_deaths_equal_the_oracles(seed: int, n: int, features: st
 
 
 @pytest.mark.parametrize(("seed", "n"), CASES[:12])
-def test_beginning_anew_changes_nothing(seed: int, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(filtration, "CROWD", 0)
+def test_starting_again_changes_nothing(seed: int, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(filtration, "WAITING_LIMIT", 0)
     check_against_oracles(random_points(seed, n), Params(max_radius=0.012))
 
 

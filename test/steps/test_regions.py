@@ -15,7 +15,7 @@ from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.small_regions import NEAREST, settle_small_regions
+from topo_region_seg.steps.small_regions import CANDIDATES, settle_small_regions
 
 
 def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarray:
@@ -38,7 +38,7 @@ def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarra
             continue
         offset = points.xyz[foreign] - points.xyz[p]
         d2 = offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2
-        near = sorted(zip(d2, keys[foreign].tolist(), foreign, strict=True))[:NEAREST]
+        near = sorted(zip(d2, keys[foreign].tolist(), foreign, strict=True))[:CANDIDATES]
         difference = [
             np.sum((points.lab[q] - points.lab[p]) ** 2) / params.color_threshold**2
             + np.sum((points.normals[q] - points.normals[p]) ** 2) / limit**2
@@ -144,3 +144,22 @@ def test_no_regions() -> None:
     )
     assert len(table) == 0
     assert list(table) == []
+
+
+@pytest.mark.parametrize("seed", [3, 7, 11])
+def test_of_neighbors_that_are_equally_alike_the_nearest_is_joined(seed: int) -> None:
+    """On a lattice, with one color and one normal: distances decide, and the order of coordinates where they tie."""
+    points = random_points(seed, 120)
+    alike = Points(points.xyz, np.full((120, 3), 50.0), np.tile([0.0, 0.0, -1.0], (120, 1)))
+    root = roots(points, Params(max_radius=0.005))
+    params = Params(max_radius=0.005, min_region_size=5)
+    region = settle(alike.xyz, Features(alike.lab, alike.normals), root, np.ones(120, int), params)
+    assert same_partition(region, merge_by_hand(alike, root, params))
+    assert 1 < len(np.unique(region)) < len(np.unique(root))
+
+
+def test_a_region_of_exactly_the_smallest_size_stays() -> None:
+    xyz = np.array([[0.0, 0.0, 1.0], [0.5, 0.0, 1.0]])
+    params = Params(features="color", min_region_size=10)
+    region = settle(xyz, Features(np.zeros((2, 3)), None), np.arange(2), np.array([10, 30]), params)
+    assert region[0] != region[1]

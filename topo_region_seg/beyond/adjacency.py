@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
-from topo_region_seg.compiled.kd_tree import DEEP, Tree, node_gap
+from topo_region_seg.compiled.dialect import index, kernel
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.partition import uniform_regions
+from topo_region_seg.compiled.walks import PAIR_LEVELS, next_pair
 from topo_region_seg.data import Adjacency, FloatArray, IndexArray, IntArray, LabelArray
 
 
@@ -27,7 +28,7 @@ def adjacency(xyz: FloatArray, labels: LabelArray, tree: Tree, radius: float) ->
         Largest distance of two points at a border, metres.
     """
     own = labels.astype(np.int64)
-    points = np.column_stack(border_pairs(tree, xyz, own, radius * radius))
+    points = np.column_stack(border_pairs(tree, xyz, own - 1, radius * radius))
     width = int(np.max(own, initial=0)) + 1
     key = own[points[:, 0]] * width + own[points[:, 1]]
     order = np.argsort(key, kind="stable")
@@ -39,58 +40,36 @@ def adjacency(xyz: FloatArray, labels: LabelArray, tree: Tree, radius: float) ->
 
 
 @kernel
-def border_pairs(tree: Tree, xyz: FloatArray, label: IntArray, reach2: float) -> tuple[IndexArray, IndexArray]:
-    """Return all pairs of points (M,) with different labels above 0 whose squared distance is at most `reach2`.
+def border_pairs(tree: Tree, xyz: FloatArray, region: IntArray, reach2: float) -> tuple[IndexArray, IndexArray]:
+    """Return all pairs of points (M,) in different regions, not below 0, whose squared distance is at most `reach2`.
 
-    The first point of a pair is the one with the smaller label. `tree` is over the positions `xyz` (N, 3), m.
+    The first point of a pair is the one in the smaller region. `tree` is over the positions `xyz` (N, 3), m.
     """
-    tree, xyz, label = borrowed(tree), borrowed(xyz), borrowed(label)
     a, b = np.empty(1024, np.int32), np.empty(1024, np.int32)
     count = 0
     if len(tree.start) == 0:
         return a[:0].copy(), b[:0].copy()
-    uniform = uniform_regions(tree, label)
-    stack = np.empty((DEEP, 2), np.int64)
-    stack[0, 0], stack[0, 1] = 0, 0
-    top = 1
-    while top:
-        top -= 1
-        p, q = stack[top, 0], stack[top, 1]
-        if uniform[p] == 0 or uniform[q] == 0 or (uniform[p] == uniform[q] and uniform[p] > 0):
-            continue
-        if p != q and node_gap(tree.boxes, p, q) > reach2:
-            continue
-        right_p, right_q = tree.right[p], tree.right[q]
-        if p == q and right_p:
-            stack[top, 0], stack[top, 1] = p + 1, p + 1
-            stack[top + 1, 0], stack[top + 1, 1] = right_p, right_p
-            stack[top + 2, 0], stack[top + 2, 1] = p + 1, right_p
-            top += 3
-            continue
-        if right_p or right_q:
-            # The larger one is opened.
-            if not right_q or (right_p and tree.stop[p] - tree.start[p] >= tree.stop[q] - tree.start[q]):
-                stack[top, 0], stack[top, 1] = p + 1, q
-                stack[top + 1, 0], stack[top + 1, 1] = right_p, q
-            else:
-                stack[top, 0], stack[top, 1] = p, q + 1
-                stack[top + 1, 0], stack[top + 1, 1] = p, right_q
-            top += 2
-            continue
-        if count + 64 > len(a):
+    uniform = uniform_regions(tree, region)
+    stack = np.empty((PAIR_LEVELS, 2), np.int64)
+    stack[0, 0], stack[0, 1], top = 0, 0, 1
+    while True:
+        p, q, top = next_pair(tree, uniform, reach2, stack, top)
+        if p < 0:
+            break
+        if count + LEAF * LEAF > len(a):
             a, b = longer(a), longer(b)
         for row in range(tree.start[p], tree.stop[p]):
             i = tree.order[index(row)]
             first = row + 1 if p == q else tree.start[q]
             for other in range(first, tree.stop[q]):
                 j = tree.order[index(other)]
-                if label[i] == label[j] or label[i] == 0 or label[j] == 0:
+                if region[i] == region[j] or region[i] < 0 or region[j] < 0:
                     continue
                 d2 = 0.0
                 for c in range(3):
                     d2 += (xyz[i, c] - xyz[j, c]) ** 2
                 if d2 <= reach2:
-                    a[count], b[count] = (i, j) if label[i] < label[j] else (j, i)
+                    a[count], b[count] = (i, j) if region[i] < region[j] else (j, i)
                     count += 1
     return a[:count].copy(), b[:count].copy()
 

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from topo_region_seg.cloud.file_colors import read_colors
+from topo_region_seg.cloud.layout import COORDINATES, Warn
+from topo_region_seg.cloud.pcd import read_pcd
 from topo_region_seg.cloud.ply import read_vertices, write_vertices
 from topo_region_seg.data import Cloud, LabelArray
 
@@ -20,15 +22,32 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 SUFFIXES = (".pcd", ".ply")
-Columns = dict[str, npt.NDArray[Any]]
 
 
 class CloudFileError(Exception):
     """A cloud file cannot be read or written; the message names the file, the reason and the mend in one line."""
 
 
-def read_cloud(path: str | Path, *, max_points: int) -> Cloud:
+def read_cloud(
+    path: str | Path, *, max_points: int, warn: Warn | None = None, advice: str = "raise it with --set max_points"
+) -> Cloud:
     """Read a .pcd (ASCII, binary, compressed) or .ply file; organized PCD files keep their height and width.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    max_points : int
+        Larger clouds are refused.
+    warn : callable, optional
+        Called with (code, text) for what is readable but odd.
+    advice : str
+        What the error says to do about a cloud that is too large.
+
+    Returns
+    -------
+    Cloud
+        Coordinates are float64 where the file has them so, else float32. The sensor's pose is a PCD file's VIEWPOINT.
 
     Raises
     ------
@@ -37,8 +56,15 @@ def read_cloud(path: str | Path, *, max_points: int) -> Cloud:
     """
     path = Path(path)
     read = _by_suffix(path, _read_pcd, _read_ply)
+
+    def check_points(n: int) -> None:
+        if n > max_points:
+            raise CloudFileError(f"{path}: {n} points are more than max_points allows ({max_points}); {advice}")
+
     try:
-        columns, height, width = read(path)
+        columns, height, width, pose, is_text, oddities = read(path, check_points)
+    except CloudFileError:
+        raise
     except FileNotFoundError:
         raise CloudFileError(f"{path}: no such file; check the name") from None
     except IsADirectoryError:
@@ -49,20 +75,21 @@ def read_cloud(path: str | Path, *, max_points: int) -> Cloud:
         reason = _reason(path, error)
         kind = path.suffix.lstrip(".").upper()
         raise CloudFileError(f"{path}: cannot be read as {kind} ({reason}); check or convert the file") from error
-    missing = [name for name in ("x", "y", "z") if name not in columns]
+    warn = warn or _ignore
+    for oddity in oddities:
+        warn("odd_file", f"{path}: {oddity}")
+    columns = {**{name.lower(): column for name, column in columns.items()}, **columns}
+    missing = [name for name in COORDINATES if name not in columns]
     if missing:
         raise CloudFileError(f"{path}: has no {', '.join(missing)}, only {', '.join(columns)}; give a cloud of points")
     n = len(columns["x"])
-    if n > max_points:
-        raise CloudFileError(
-            f"{path}: {n} points are more than max_points allows ({max_points}); "
-            "raise it with --set max_points, or --set over_max_points=thin"
-        )
     if height * width != n:
         raise CloudFileError(f"{path}: holds {n} points, but claims {width} x {height}; the file is damaged")
-    with np.errstate(over="ignore", invalid="ignore"):
-        xyz = np.column_stack([columns[name] for name in ("x", "y", "z")]).astype(np.float32)
-    return Cloud(np.ascontiguousarray(xyz), _color(columns), height, width)
+    # Doubles, and whole numbers that float32 cannot hold, stay exact.
+    xyz = np.column_stack([columns[name] for name in COORDINATES])
+    xyz = np.ascontiguousarray(xyz.astype(np.result_type(xyz.dtype, np.float32)))
+    rgb = read_colors(columns, np.isfinite(xyz).all(axis=1), is_text, warn)
+    return Cloud(xyz, rgb, height, width, pose)
 
 
 def write_labeled_cloud(path: str | Path, cloud: Cloud, labels: LabelArray) -> None:
@@ -119,45 +146,33 @@ def _by_suffix(path: Path, pcd: Callable[..., Any], ply: Callable[..., Any]) -> 
 def _reason(path: Path, error: Exception) -> str:
     if path.stat().st_size == 0:
         return "the file is empty"
-    if type(error).__name__ == "ValidationError":  # pydantic's, many lines long
-        return "its header is damaged"
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
-def _read_pcd(path: Path) -> tuple[Columns, int, int]:
-    from pypcd4 import PointCloud
-
-    cloud = PointCloud.from_path(path)
-    data = np.atleast_1d(cloud.pc_data)
-    return {name: data[name] for name in data.dtype.names or ()}, cloud.metadata.height, cloud.metadata.width
+def _read_pcd(path: Path, check_points: Callable[[int], None]) -> tuple[Any, ...]:
+    cloud = read_pcd(path, check_points)
+    return cloud.columns, cloud.height, cloud.width, cloud.viewpoint, cloud.is_text, cloud.oddities
 
 
-def _read_ply(path: Path) -> tuple[Columns, int, int]:
-    data = read_vertices(path)
-    columns = {name: data[name] for name in data.dtype.names or ()}
-    for channel, name in (("r", "red"), ("g", "green"), ("b", "blue")):
-        for spelling in (name, f"diffuse_{name}"):
-            if spelling in columns and columns[spelling].dtype == np.uint8:
-                columns[channel] = columns[spelling]
-    return columns, 1, len(data)
+def _read_ply(path: Path, check_points: Callable[[int], None]) -> tuple[Any, ...]:
+    data = read_vertices(path, check_points)
+    return {name: data[name] for name in data.dtype.names or ()}, 1, len(data), None, False, ()
 
 
-def _color(columns: Columns) -> npt.NDArray[np.uint8] | None:
-    for packed in ("rgb", "rgba"):
-        if packed in columns and columns[packed].dtype.itemsize == 4:
-            # Blue, green, red, alpha in memory; bytes, as some of these are NaN when they are read as floats.
-            quads = np.ascontiguousarray(columns[packed]).view(np.uint8).reshape(-1, 4)
-            return np.ascontiguousarray(quads[:, 2::-1])
-    if all(name in columns and columns[name].dtype == np.uint8 for name in "rgb"):
-        return np.column_stack([columns[name] for name in "rgb"])
-    return None
+def _ignore(code: str, text: str) -> None:
+    """Do nothing with a warning."""
+
+
+def _coordinate_type(cloud: Cloud) -> type[np.floating[Any]]:
+    return np.float64 if cloud.xyz.dtype == np.float64 else np.float32
 
 
 def _write_pcd(path: Path, cloud: Cloud, labels: LabelArray) -> None:
     from pypcd4 import Encoding, PointCloud
 
-    columns = [*np.asarray(cloud.xyz, np.float32).T]
-    fields, types = ["x", "y", "z"], [np.float32] * 3
+    kind = _coordinate_type(cloud)
+    columns = [*np.asarray(cloud.xyz, kind).T]
+    fields, types = [*COORDINATES], [kind] * 3
     if cloud.rgb is not None:
         quads = np.zeros((len(cloud), 4), np.uint8)
         quads[:, :3] = cloud.rgb[:, ::-1]
@@ -165,11 +180,13 @@ def _write_pcd(path: Path, cloud: Cloud, labels: LabelArray) -> None:
         fields, types = [*fields, "rgb"], [*types, np.float32]
     out = PointCloud.from_points([*columns, labels], [*fields, "label"], [*types, np.uint32])
     out.metadata.height, out.metadata.width = cloud.height, cloud.width
+    if cloud.sensor_pose is not None:
+        out.metadata.viewpoint = tuple(cloud.sensor_pose)
     out.save(path, encoding=Encoding.BINARY_COMPRESSED if len(cloud) else Encoding.BINARY)
 
 
 def _write_ply(path: Path, cloud: Cloud, labels: LabelArray) -> None:
-    record = [("x", "f4"), ("y", "f4"), ("z", "f4")]
+    record: list[tuple[str, Any]] = [(name, _coordinate_type(cloud)) for name in COORDINATES]
     if cloud.rgb is not None:
         record += [("red", "u1"), ("green", "u1"), ("blue", "u1")]
     table = np.empty(len(cloud), [*record, ("label", "u4")])

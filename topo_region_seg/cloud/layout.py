@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-FLOAT32, FLOAT64 = 7, 8
-UINT8 = 2
+UINT8, UINT16, FLOAT32, FLOAT64 = 2, 4, 7, 8
 BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 8: 8}
 """Size of each PointField datatype, bytes."""
 PACKED_COLOR = (5, 6, 7)
@@ -18,7 +17,9 @@ PACKED_COLOR = (5, 6, 7)
 MAX_FIELDS = 256
 MAX_ELEMENTS = 65_536
 COORDINATES = ("x", "y", "z")
-CHANNELS = ("r", "g", "b")
+CHANNELS = (("r", "g", "b"), ("red", "green", "blue"))
+"""Names of fields that hold one channel each."""
+CHANNEL_TYPES = (UINT8, UINT16, FLOAT32, FLOAT64)
 Warn = Callable[[str, str], None]
 
 
@@ -52,9 +53,11 @@ class Layout:
     coordinates : tuple of (offset, datatype)
         x, y, z.
     color : tuple of int, or None
-        Offsets of the bytes red, green, blue.
+        Offsets of red, green and blue.
+    channel : int
+        Datatype of each of them; UINT8 for those of a packed color, too.
     big_endian : bool
-        Byte order of the coordinates.
+        Byte order of coordinates and channels.
     """
 
     height: int
@@ -63,11 +66,15 @@ class Layout:
     row_step: int
     coordinates: tuple[tuple[int, int], ...]
     color: tuple[int, int, int] | None
+    channel: int
     big_endian: bool
 
 
-def check(msg: Any, size: int, *, max_points: int, warn: Warn) -> Layout:
-    """Check what `msg` with `size` bytes of data claims; raise :class:`CloudFormatError` at the first false claim."""
+def check(msg: Any, size: int, *, max_points: int, warn: Warn, needs_color: bool = True) -> Layout:
+    """Check what `msg` with `size` bytes of data claims; raise :class:`CloudFormatError` at the first false claim.
+
+    Colors that cannot be read are a reason for that only where they are needed, else for a warning.
+    """
     height, width = int(msg.height), int(msg.width)
     point_step, row_step = int(msg.point_step), int(msg.row_step)
     points = height * width
@@ -75,26 +82,23 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn) -> Layout:
     big_endian = bool(msg.is_bigendian)
     if points == 0:
         _check_stamp(msg)
-        return Layout(height, width, 0, 0, (), None, big_endian)
+        return Layout(height, width, 0, 0, (), None, UINT8, big_endian)
 
-    wanted = (*COORDINATES, *_color_names(msg.fields))
-    needed: dict[str, Any] = {}
-    for f in msg.fields:
-        if f.name not in wanted:
-            continue
-        if int(f.datatype) not in BYTES:
-            raise CloudFormatError("field_type", f"field '{f.name}' has datatype {f.datatype}, not 1 to 8")
-        if int(f.count) < 1:
-            raise CloudFormatError("field_count", f"field '{f.name}' has count {f.count}")
-        if f.name in needed:
-            raise CloudFormatError("field_duplicate", f"field '{f.name}' is there twice")
-        needed[f.name] = f
-    missing = [name for name in COORDINATES if name not in needed]
+    coordinates = _fields(msg.fields, COORDINATES)
+    missing = [name for name in COORDINATES if name not in coordinates]
     if missing:
         have = ", ".join(repr(str(f.name)) for f in msg.fields[:16]) or "none"
         raise CloudFormatError("field_missing", f"no field {', '.join(missing)}; fields: {have}")
-    _check_types(needed)
-    _check_places(needed, point_step)
+    _check_coordinate_types(coordinates)
+    _check_places(coordinates, point_step)
+    try:
+        color = _color(msg.fields, coordinates, point_step, big_endian)
+    except CloudFormatError as error:
+        if needs_color:
+            raise
+        warn("color_unreadable", f"{error.detail}; read without color")
+        color = None
+    offsets, channel = color or (None, UINT8)
 
     if points > max_points:
         raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
@@ -105,8 +109,9 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn) -> Layout:
         width,
         point_step,
         row_step,
-        tuple((int(needed[name].offset), int(needed[name].datatype)) for name in COORDINATES),
-        _color_offsets(needed, big_endian),
+        tuple((int(coordinates[name].offset), int(coordinates[name].datatype)) for name in COORDINATES),
+        offsets,
+        channel,
         big_endian,
     )
 
@@ -121,21 +126,15 @@ def check_field(msg: Any, size: int, name: str, *, max_points: int, warn: Warn) 
     """
     height, width = int(msg.height), int(msg.width)
     _check_field_count(msg.fields)
-    found = [f for f in msg.fields if f.name == name]
+    found = _fields(msg.fields, (name,))
     if not found:
         raise CloudFormatError("field_missing", f"no field {name}")
-    if len(found) > 1:
-        raise CloudFormatError("field_duplicate", f"field '{name}' is there twice")
-    if int(found[0].datatype) not in BYTES:
-        raise CloudFormatError("field_type", f"field '{name}' has datatype {found[0].datatype}, not 1 to 8")
-    if int(found[0].count) < 1:
-        raise CloudFormatError("field_count", f"field '{name}' has count {found[0].count}")
-    _check_places({name: found[0]}, int(msg.point_step))
+    _check_places(found, int(msg.point_step))
     if height * width > max_points:
         raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
     row_step = _row_step(height, width, int(msg.point_step), int(msg.row_step), size, warn) if height * width else 0
     _check_stamp(msg)
-    return found[0], row_step
+    return found[name], row_step
 
 
 def _check_field_count(fields: Any) -> None:
@@ -146,25 +145,61 @@ def _check_field_count(fields: Any) -> None:
         raise CloudFormatError("too_many_fields", f"fields of {elements} elements a point are more than {MAX_ELEMENTS}")
 
 
-def _color_names(fields: Any) -> tuple[str, ...]:
-    """Names of the fields to take the color from; rgb before rgba before r, g, b; none for a cloud without color."""
-    names = {f.name for f in fields}
+def _fields(fields: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return those of the named fields that are there, each of which must be there once and have a size."""
+    found: dict[str, Any] = {}
+    for f in fields:
+        if f.name not in names:
+            continue
+        if int(f.datatype) not in BYTES:
+            raise CloudFormatError("field_type", f"field '{f.name}' has datatype {f.datatype}, not 1 to 8")
+        if int(f.count) < 1:
+            raise CloudFormatError("field_count", f"field '{f.name}' has count {f.count}")
+        if f.name in found:
+            raise CloudFormatError("field_duplicate", f"field '{f.name}' is there twice")
+        found[f.name] = f
+    return found
+
+
+def _check_coordinate_types(coordinates: dict[str, Any]) -> None:
+    for name, f in coordinates.items():
+        if int(f.datatype) not in (FLOAT32, FLOAT64):
+            raise CloudFormatError(
+                "coordinate_type", f"field '{name}' has datatype {f.datatype}; only FLOAT32 and FLOAT64 are metres"
+            )
+
+
+def _color(
+    fields: Any, coordinates: dict[str, Any], point_step: int, big_endian: bool
+) -> tuple[tuple[int, int, int], int] | None:
+    """Return offsets and datatype of red, green, blue; from rgb before rgba before one field each; None if none."""
+    present = {f.name for f in fields}
     for packed in ("rgb", "rgba"):
-        if packed in names:
-            return (packed,)
-    return CHANNELS if names.issuperset(CHANNELS) else ()
-
-
-def _check_types(needed: dict[str, Any]) -> None:
-    for name, f in needed.items():
-        if name in COORDINATES:
-            if int(f.datatype) not in (FLOAT32, FLOAT64):
+        if packed in present:
+            field = _fields(fields, (packed,))[packed]
+            if int(field.datatype) not in PACKED_COLOR:
                 raise CloudFormatError(
-                    "coordinate_type", f"field '{name}' has datatype {f.datatype}; only FLOAT32 and FLOAT64 are metres"
+                    "color_type", f"field '{packed}' has datatype {field.datatype}, not FLOAT32 or UINT32"
                 )
-        elif int(f.datatype) not in ((UINT8,) if name in CHANNELS else PACKED_COLOR):
-            wanted = "UINT8" if name in CHANNELS else "FLOAT32 or UINT32"
-            raise CloudFormatError("color_type", f"field '{name}' has datatype {f.datatype}, not {wanted}")
+            _check_places({**coordinates, packed: field}, point_step)
+            # 0xAARRGGBB lies as B, G, R, A in a little-endian buffer.
+            start = int(field.offset)
+            return ((start + 1, start + 2, start + 3) if big_endian else (start + 2, start + 1, start)), UINT8
+    for names in CHANNELS:
+        if not present.issuperset(names):
+            continue
+        channels = _fields(fields, names)
+        kinds = {int(field.datatype) for field in channels.values()}
+        if len(kinds) > 1 or not kinds.issubset(CHANNEL_TYPES):
+            raise CloudFormatError(
+                "color_type",
+                f"fields {', '.join(names)} have datatypes {', '.join(map(str, sorted(kinds)))}, not one of UINT8, "
+                "UINT16, FLOAT32 and FLOAT64",
+            )
+        _check_places({**coordinates, **channels}, point_step)
+        red, green, blue = (int(channels[name].offset) for name in names)
+        return (red, green, blue), kinds.pop()
+    return None
 
 
 def _check_places(needed: dict[str, Any], point_step: int) -> None:
@@ -205,14 +240,3 @@ def _check_stamp(msg: Any) -> None:
     nanosec = int(msg.header.stamp.nanosec)
     if not 0 <= nanosec < 1_000_000_000:
         raise CloudFormatError("bad_stamp", f"header.stamp.nanosec = {nanosec} is not less than 1e9")
-
-
-def _color_offsets(needed: dict[str, Any], big_endian: bool) -> tuple[int, int, int] | None:
-    """Offsets of red, green, blue; a packed color 0xAARRGGBB lies as B, G, R, A in a little-endian buffer."""
-    for packed in ("rgb", "rgba"):
-        if packed in needed:
-            start = int(needed[packed].offset)
-            return (start + 1, start + 2, start + 3) if big_endian else (start + 2, start + 1, start)
-    if "r" not in needed:
-        return None
-    return int(needed["r"].offset), int(needed["g"].offset), int(needed["b"].offset)

@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
+
+from topo_region_seg.cloud.text_table import CutShortError, bytes_left, claim, read_text
 
 MAX_HEADER_LINES = 1_000
 MAX_LINE = 1_000
@@ -35,14 +38,21 @@ class PlyError(ValueError):
 
 @dataclass
 class _Element:
+    """An element; a property is a name and a type, or a name and the types of the length and items of a list."""
+
     name: str
     count: int
-    properties: list[tuple[str, str]] = field(default_factory=list)
-    has_lists: bool = False
+    properties: list[tuple[str, ...]] = field(default_factory=list)
+
+    @property
+    def has_lists(self) -> bool:
+        return any(len(kinds) > 1 for _, *kinds in self.properties)
 
 
-def read_vertices(path: Path) -> npt.NDArray[Any]:
+def read_vertices(path: Path, check_points: Callable[[int], None]) -> npt.NDArray[Any]:
     """Return the element "vertex" as a structured array, native byte order.
+
+    `check_points` is called with the number of points before they are read.
 
     Raises
     ------
@@ -60,11 +70,14 @@ def read_vertices(path: Path) -> npt.NDArray[Any]:
             raise PlyError("it has no element 'vertex'")
         if element.has_lists:
             raise PlyError("its vertices hold lists")
-        if len({name for name, _ in element.properties}) != len(element.properties):
+        if len({name for name, *_ in element.properties}) != len(element.properties):
             raise PlyError("a property of its vertices is there twice")
         if form == "ascii":
-            return _ascii(file, element, skip=sum(other.count for other in before))
-        return _binary(file, element, before, ORDERS[form])
+            claim(file, element.count, 1, check_points)
+            return read_text(file, np.dtype(element.properties), element.count, sum(other.count for other in before))
+        for other in before:
+            _skip(file, other, ORDERS[form])
+        return _binary(file, element, ORDERS[form], check_points)
 
 
 def write_vertices(path: Path, table: npt.NDArray[Any]) -> None:
@@ -84,7 +97,10 @@ def _header(file: BinaryIO) -> tuple[str, list[_Element]]:
     form = ""
     elements: list[_Element] = []
     for _ in range(MAX_HEADER_LINES):
-        words = file.readline(MAX_LINE).decode("ascii", "replace").split()
+        line = file.readline(MAX_LINE)
+        words = line.decode("ascii", "replace").split()
+        if line and not words:
+            continue
         if words == ["end_header"]:
             if form not in ORDERS:
                 raise PlyError(f"its format '{form}' is not known")
@@ -92,42 +108,45 @@ def _header(file: BinaryIO) -> tuple[str, list[_Element]]:
         if not words:
             raise PlyError("its header ends early")
         keyword, rest = words[0], words[1:]
-        if keyword == "format" and rest:
+        if keyword in ("comment", "obj_info"):
+            while line and not line.endswith(b"\n"):
+                line = file.readline(MAX_LINE)
+        elif keyword == "format" and rest:
             form = rest[0]
         elif keyword == "element" and len(rest) == 2 and rest[1].isdecimal():
             elements.append(_Element(rest[0], int(rest[1])))
-        elif keyword == "property" and elements and len(rest) == 4 and rest[0] == "list":
-            elements[-1].has_lists = True
+        elif (
+            keyword == "property" and elements and len(rest) == 4 and rest[0] == "list" and set(rest[1:3]) <= set(TYPES)
+        ):
+            elements[-1].properties.append((rest[3], TYPES[rest[1]], TYPES[rest[2]]))
         elif keyword == "property" and elements and len(rest) == 2 and rest[0] in TYPES:
             elements[-1].properties.append((rest[1], TYPES[rest[0]]))
-        elif keyword not in ("comment", "obj_info"):
+        else:
             raise PlyError(f"its header line '{' '.join(words)[:60]}' is not understood")
     raise PlyError("its header is too long")
 
 
-def _ascii(file: BinaryIO, element: _Element, skip: int) -> npt.NDArray[Any]:
-    if element.count > _left(file):  # a point takes two bytes at least
-        raise PlyError("it is cut short")
-    kind = np.dtype(element.properties)
-    if element.count == 0:
-        return np.empty(0, kind)
-    table: npt.NDArray[Any] = np.loadtxt(file, kind, skiprows=skip, max_rows=element.count, ndmin=1)
-    if len(table) != element.count:
-        raise PlyError("it is cut short")
-    return table
+def _skip(file: BinaryIO, element: _Element, order: str) -> None:
+    """Pass over an element of a binary file; one with lists has to be walked."""
+    if not element.has_lists:
+        size = sum(np.dtype(kind).itemsize for _, kind in element.properties)
+        file.seek(element.count * size, os.SEEK_CUR)
+        return
+    steps = [[np.dtype(order + kind) for kind in kinds] for _, *kinds in element.properties]
+    for _ in range(element.count):
+        for first, *items in steps:
+            data = file.read(first.itemsize)
+            if len(data) < first.itemsize:
+                raise CutShortError
+            if items:
+                length = int(np.frombuffer(data, first)[0])
+                if not 0 <= length * items[0].itemsize <= bytes_left(file):
+                    raise CutShortError
+                file.seek(length * items[0].itemsize, os.SEEK_CUR)
 
 
-def _binary(file: BinaryIO, element: _Element, before: list[_Element], order: str) -> npt.NDArray[Any]:
-    for other in before:
-        if other.has_lists:
-            raise PlyError(f"its element '{other.name}' with lists comes before the vertices")
-        file.seek(other.count * np.dtype(other.properties).itemsize, os.SEEK_CUR)
+def _binary(file: BinaryIO, element: _Element, order: str, check_points: Callable[[int], None]) -> npt.NDArray[Any]:
     stored = np.dtype([(name, order + kind) for name, kind in element.properties])
-    if element.count * stored.itemsize > _left(file):
-        raise PlyError("it is cut short")
+    claim(file, element.count, stored.itemsize, check_points)
     data = file.read(element.count * stored.itemsize)
     return np.frombuffer(data, stored).astype(np.dtype(element.properties))
-
-
-def _left(file: BinaryIO) -> int:
-    return os.fstat(file.fileno()).st_size - file.tell()

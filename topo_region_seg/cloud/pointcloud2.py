@@ -15,16 +15,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.cloud.layout import FLOAT32, FLOAT64, CloudFormatError, Layout, Warn, check
+from topo_region_seg.cloud.color_values import as_bytes
+from topo_region_seg.cloud.layout import FLOAT32, FLOAT64, UINT8, CloudFormatError, Layout, Warn, check
 from topo_region_seg.cloud.records import read_records
 from topo_region_seg.data import Cloud
 
 __all__ = ["CloudFormatError", "byte_buffer", "cloud_message", "decode", "encode"]
 DATATYPES = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 """PointField datatype of each NumPy type."""
+KINDS = {number: kind for kind, number in DATATYPES.items()}
 
 
-def decode(msg: Any, *, max_points: int, warn: Warn | None = None) -> Cloud:
+def decode(msg: Any, *, max_points: int, warn: Warn | None = None, needs_color: bool = True) -> Cloud:
     """Read a cloud from a message, which is not modified.
 
     Parameters
@@ -35,6 +37,8 @@ def decode(msg: Any, *, max_points: int, warn: Warn | None = None) -> Cloud:
         Clouds with more points are refused.
     warn : callable, optional
         Called with (code, text) for input that is readable but odd.
+    needs_color : bool
+        Whether a cloud whose color cannot be read is refused, or read without.
 
     Returns
     -------
@@ -47,7 +51,7 @@ def decode(msg: Any, *, max_points: int, warn: Warn | None = None) -> Cloud:
         The message contradicts itself, lacks x, y or z, or is too large.
     """
     buffer = _bytes_of(msg.data)
-    layout = check(msg, buffer.nbytes, max_points=max_points, warn=warn or _ignore)
+    layout = check(msg, buffer.nbytes, max_points=max_points, warn=warn or _ignore, needs_color=needs_color)
     if layout.height * layout.width == 0:
         empty = np.empty((0, 3), np.float32), np.empty((0, 3), np.uint8)
         return Cloud(*empty, layout.height, layout.width)
@@ -161,8 +165,9 @@ def _column(buffer: npt.NDArray[np.uint8], layout: Layout, offset: int, dtype: s
 
 
 def _is_plain(layout: Layout) -> bool:
-    """Whether the coordinates are little-endian float32, as nearly every driver sends them."""
-    return all(kind == FLOAT32 for _, kind in layout.coordinates) and not layout.big_endian
+    """Whether coordinates are little-endian float32 and colors bytes, as nearly every driver sends them."""
+    floats = all(kind == FLOAT32 for _, kind in layout.coordinates)
+    return floats and layout.channel == UINT8 and not layout.big_endian
 
 
 def _read_at_once(
@@ -193,7 +198,8 @@ def _colors(buffer: npt.NDArray[np.uint8], layout: Layout) -> npt.NDArray[np.uin
     # Bytes, never floats: a packed color with alpha 255 is a NaN when it is read as a float.
     if layout.color is None:
         return None
-    rgb = np.empty((layout.height, layout.width, 3), np.uint8)
+    kind = (">" if layout.big_endian else "<") + KINDS[layout.channel]
+    rgb = np.empty((layout.height, layout.width, 3), kind)
     for channel, offset in enumerate(layout.color):
-        rgb[..., channel] = _column(buffer, layout, offset, "u1")
-    return rgb.reshape(-1, 3)
+        rgb[..., channel] = _column(buffer, layout, offset, kind)
+    return as_bytes(rgb.reshape(-1, 3))

@@ -9,8 +9,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
-from topo_region_seg.compiled.lanes import float32_at
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.data import LabelArray
 
 
@@ -31,7 +30,6 @@ def read_records(
     `coordinates` and `color` are offsets in a record, `row_step` and `point_step` strides, all in bytes and within
     `data` (M,). Nothing need be aligned.
     """
-    data, xyz, rgb = borrowed(data), borrowed(xyz), borrowed(rgb)
     colored = len(rgb) > 0
     point = 0
     for row in range(height):
@@ -48,6 +46,16 @@ def read_records(
             point += 1
 
 
+@inlined
+def float32_at(data, place):  # type: ignore[no-untyped-def]
+    """Return the float32 whose four bytes, the lowest first, begin at a place in `data`; compiled to a single load."""
+    p = index(place)
+    word = np.uint32(data[p]) | (np.uint32(data[p + index(1)]) << np.uint32(8))
+    word |= np.uint32(data[p + index(2)]) << np.uint32(16)
+    word |= np.uint32(data[p + index(3)]) << np.uint32(24)
+    return np.uint32(word).view(np.float32)
+
+
 @kernel
 def write_labeled_records(
     xyz: npt.NDArray[np.float32],
@@ -60,8 +68,6 @@ def write_labeled_records(
 
     `rgb` is (N, 3), or (0, 3) where there is no color. Returns whether all coordinates are finite.
     """
-    xyz, rgb, labels = borrowed(xyz), borrowed(rgb), borrowed(labels)
-    records, words = borrowed(records), borrowed(words)
     colored = len(rgb) > 0
     finite = True
     for i in range(len(xyz)):

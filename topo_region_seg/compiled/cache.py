@@ -14,7 +14,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -23,8 +23,10 @@ import numba
 PACKAGE = Path(__file__).resolve().parent.parent
 ROOMS = ("compiled", "steps", "beyond", "cloud")
 """Folders of the package that hold kernels."""
-OUTDATED = 24 * 3600.0
-"""Seconds after which kernels of other sources, beside the code, are deleted: until then they may still be in use."""
+DAY = 24 * 3600.0
+OUTDATED_BESIDE, OUTDATED_ELSEWHERE = DAY, 30.0 * DAY
+"""Seconds since kernels of other sources were last used after which they are deleted. Beside the code these are older
+versions of it, which a running process may still use; elsewhere they may belong to another installation."""
 
 
 @contextmanager
@@ -51,8 +53,8 @@ def cache_folder() -> Path | None:
     places += [beside, _user_cache() / PACKAGE.name]
     for place in places:
         if _writable(place / name):
-            if place == beside:
-                _delete_outdated(beside, name)
+            os.utime(place / name)
+            _delete_outdated(place, name, OUTDATED_BESIDE if place == beside else OUTDATED_ELSEWHERE)
             return place / name
     return None
 
@@ -60,7 +62,7 @@ def cache_folder() -> Path | None:
 def _digest() -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(source for room in ROOMS for source in (PACKAGE / room).rglob("*.py")):
-        digest.update(source.read_bytes())
+        digest.update(str(source.relative_to(PACKAGE)).encode() + source.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -78,7 +80,9 @@ def _writable(folder: Path) -> bool:
         return False
 
 
-def _delete_outdated(place: Path, current: str) -> None:
+def _delete_outdated(place: Path, current: str, seconds: float) -> None:
     for folder in place.glob("kernels-*"):
-        if folder.name != current and folder.stat().st_mtime < time.time() - OUTDATED:
-            shutil.rmtree(folder, ignore_errors=True)
+        # Another process may delete it at the same time.
+        with suppress(OSError):
+            if folder.name != current and folder.stat().st_mtime < time.time() - seconds:
+                shutil.rmtree(folder, ignore_errors=True)

@@ -16,29 +16,23 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
-from topo_region_seg.compiled.lanes import gap_of_four
+from topo_region_seg.compiled.boxes import bound_channel, join_boxes
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import FloatArray, IndexArray
 
-LEAF = 8
-SAMPLE = 16  # points by which a node judges along which channel it is widest
-SLACK = 1.0 - 1e-6  # keeps box distances below the true ones in spite of rounding
-DEEP = 512  # pairs of nodes that may wait: three a level of the tree at most
+LEAF = 8  # so that the pairs of points of two leaves are the bits of a word, and a leaf in float32 is one vector
+SAMPLE = 16  # points that tell along which channel a node is widest; `python -m benchmarks.tricks constants`
 
 
 class Tree(NamedTuple):
-    """Arrays of a tree over N points with D channels and K nodes.
-
-    Channels come in threes (position, color, normal), which a box keeps in four cells each, the last one zero:
-    W = 4 D / 3.
-    """
+    """Arrays of a tree over N points with D = 3 T channels and K nodes."""
 
     order: IndexArray  # (N,) point ids in tree order
     start: IndexArray  # (K,) first row of the node in `order`
     stop: IndexArray  # (K,) end of the node's rows
     right: IndexArray  # (K,) right child; 0 in leaves
-    boxes: npt.NDArray[np.float32]  # (K * 2 W,) node after node: lower, then upper bounds, rounded outwards
+    boxes: npt.NDArray[np.float32]  # (T, K, 2, 4) lower and upper bounds, as `compiled.boxes` has them
 
 
 def position_tree(xyz: FloatArray) -> Tree:
@@ -50,12 +44,12 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
 
     Channels from the fourth on are features. With the tree `by_position` of the first three, which must weigh the
-    same, only nodes that are widest in a feature, and those below, are split anew.
+    same, only nodes that are widest in a feature, and those below, are split again.
     """
     n, d = channels.shape
     n_leaves = (n + LEAF - 1) // LEAF
     n_nodes = max(2 * n_leaves - 1, 0)
-    boxes = np.zeros(n_nodes * 2 * box_width(d), np.float32)
+    boxes = np.zeros((d // 3, n_nodes, 2, 4), np.float32)
     if by_position is None:
         start, stop, right = np.zeros((3, n_nodes), np.int32)
         tree = Tree(np.arange(n, dtype=np.int32), start, stop, right, boxes)
@@ -73,7 +67,7 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
         # Each half is a run of nodes of its own.
         halves = [(1, right), (right, n_nodes)]
         side_by_side(split_nodes, [(tree, columns, weights, keys, first, end, given) for first, end in halves])
-        join_box(tree.boxes, box_width(d), 0, 1, right)
+        join_boxes(tree.boxes, 0, 1, right)
     return tree
 
 
@@ -86,19 +80,18 @@ def split_nodes(
     Where the nodes are `given` already split by position, those that are widest in position are left as they are.
     Returns whether the last node was.
     """
-    tree, columns, weights, keys = borrowed(tree), borrowed(columns), borrowed(weights), borrowed(keys)
-    d, width = len(columns), box_width(len(columns))
-    anew_until = 0 if given else end_node
+    d = len(columns)
+    split_until = 0 if given else end_node
     for k in range(first_node, end_node):
         start, stop = tree.start[index(k)], tree.stop[index(k)]
         leaves = (stop - start + LEAF - 1) // LEAF
         if leaves <= 1:
             continue
         widest = _widest(columns, tree.order, start, stop, weights)
-        if k >= anew_until:
+        if k >= split_until:
             if widest < 3:
                 continue
-            anew_until = k + 2 * leaves - 1
+            split_until = k + 2 * leaves - 1
         middle = start + (leaves + 1) // 2 * LEAF
         column = columns[widest]
         for row in range(start, stop):
@@ -109,10 +102,10 @@ def split_nodes(
         tree.start[k + 1], tree.stop[k + 1] = start, middle
         tree.start[right], tree.stop[right] = middle, stop
     if end_node == 1 and tree.right[0]:
-        return anew_until == 0
+        return split_until == 0
     for k in range(end_node - 1, first_node - 1, -1):
         if tree.right[k]:
-            join_box(tree.boxes, width, k, k + 1, tree.right[k])
+            join_boxes(tree.boxes, k, k + 1, tree.right[k])
             continue
         for c in range(d):
             low, high = np.inf, -np.inf
@@ -121,34 +114,8 @@ def split_nodes(
                 # A channel that holds a NaN is unbounded, as a NaN may meet anything.
                 low = -np.inf if np.isnan(value) else min(low, value)
                 high = np.inf if np.isnan(value) else max(high, value)
-            cell = k * 2 * width + c // 3 * 4 + c % 3
-            tree.boxes[index(cell)] = low - abs(low) * 1.2e-7
-            tree.boxes[index(cell + width)] = high + abs(high) * 1.2e-7
+            bound_channel(tree.boxes, k, c, low, high)
     return False
-
-
-@inlined
-def box_width(channels):  # type: ignore[no-untyped-def]
-    """Return the number of cells of a box's lower bounds."""
-    return channels // 3 * 4
-
-
-@kernel
-def join_box(boxes, width, node, left, right):  # type: ignore[no-untyped-def]
-    """Bound a node by the boxes of its children."""
-    node, left, right = node * 2 * width, left * 2 * width, right * 2 * width
-    for c in range(width):
-        boxes[index(node + c)] = min(boxes[index(left + c)], boxes[index(right + c)])
-    for c in range(width, 2 * width):
-        boxes[index(node + c)] = max(boxes[index(left + c)], boxes[index(right + c)])
-
-
-@inlined
-def box_gap(boxes, channels, a, b, three):  # type: ignore[no-untyped-def]
-    """Return a lower bound of the squared distance of two boxes in one `three` of the channels, from 0."""
-    width = box_width(channels)
-    cell = 4 * three
-    return np.float64(gap_of_four(boxes, a * 2 * width + cell, b * 2 * width + cell, width)) * SLACK
 
 
 @kernel
@@ -196,15 +163,3 @@ def _select(keys, order, left, right, k):  # type: ignore[no-untyped-def]
             left = i
         else:
             return
-
-
-@inlined
-def node_gap(boxes, p, q):  # type: ignore[no-untyped-def]
-    """Return at most the squared distance of the boxes of two nodes."""
-    gap = 0.0
-    for c in range(3):
-        below = np.float64(boxes[index(8 * p + c)]) - np.float64(boxes[index(8 * q + 4 + c)])
-        above = np.float64(boxes[index(8 * q + c)]) - np.float64(boxes[index(8 * p + 4 + c)])
-        apart = max(0.0, below, above)
-        gap += apart * apart
-    return gap * SLACK

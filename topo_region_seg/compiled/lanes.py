@@ -33,25 +33,25 @@ def reduce(builder: Any, name: str, *operands: Any, result: Any, flags: tuple[st
 
 
 @intrinsic
-def gap_of_four(typing_context, boxes, p, q, width):  # type: ignore[no-untyped-def]
-    """Return the squared distance of two boxes in four channels.
-
-    `boxes` (M,) float32 holds bounds: the lower ones of the two begin at places `p` and `q`, the upper ones
-    `width` further on.
-    """
-    return types.float32(boxes, p, q, width), _gap_of_four
+def gap_of_four(typing_context, boxes, a, others, b, three):  # type: ignore[no-untyped-def]
+    """Return the squared distance of two boxes in four cells; boxes are (T, K, 2, 4) float32, lower bounds first."""
+    return types.float32(boxes, a, others, b, three), _gap_of_four
 
 
 def _gap_of_four(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    boxes, p, q, width = arguments
-    boxes = context.make_array(signature.args[0])(context, builder, value=boxes).data
-    p, q, width = (
-        context.cast(builder, value, kind, types.int64)
-        for value, kind in zip((p, q, width), signature.args[1:], strict=True)
-    )
     four = ir.VectorType(ir.FloatType(), 4)
-    low_p, low_q = (load(builder, boxes, place, four) for place in (p, q))
-    high_p, high_q = (load(builder, boxes, builder.add(place, width), four) for place in (p, q))
+    three = context.cast(builder, arguments[4], signature.args[4], types.int64)
+
+    def bounds(place: int) -> tuple[Any, Any]:
+        boxes = context.make_array(signature.args[place])(context, builder, value=arguments[place])
+        box = context.cast(builder, arguments[place + 1], signature.args[place + 1], types.int64)
+        cell = builder.add(builder.mul(three, cgutils.unpack_tuple(builder, boxes.shape)[1]), box)
+        cell = builder.mul(cell, ir.Constant(cell.type, 8))
+        return load(builder, boxes.data, cell, four), load(
+            builder, boxes.data, builder.add(cell, ir.Constant(cell.type, 4)), four
+        )
+
+    (low_p, high_p), (low_q, high_q) = bounds(0), bounds(2)
     apart = ir.Constant(four, [0.0] * 4)
     for gap in (builder.fsub(low_q, high_p), builder.fsub(low_p, high_q)):
         apart = builder.select(builder.fcmp_ordered(">", gap, apart), gap, apart)
@@ -68,15 +68,3 @@ def trailing_zeros(typing_context, bits):  # type: ignore[no-untyped-def]
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
 
     return types.int64(types.int64), build
-
-
-@intrinsic
-def float32_at(typing_context, data, place):  # type: ignore[no-untyped-def]
-    """Return the float32 whose four bytes, in the machine's order, begin at a place in `data` (M,) uint8."""
-
-    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = context.make_array(signature.args[0])(context, builder, value=arguments[0]).data
-        first = builder.gep(array, [context.cast(builder, arguments[1], signature.args[1], types.int64)])
-        return builder.load(builder.bitcast(first, ir.FloatType().as_pointer()), align=1)
-
-    return types.float32(data, place), build

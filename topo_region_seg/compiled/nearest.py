@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from topo_region_seg.compiled.boxes import box_of_point
 from topo_region_seg.compiled.dialect import kernel
-from topo_region_seg.compiled.kd_tree import SLACK
 from topo_region_seg.compiled.union_find import find
+from topo_region_seg.compiled.walks import LEVELS, next_leaf
 
 
 @kernel
@@ -18,40 +19,21 @@ def nearest_outside(tree, channels, region, parent, uniform, point, own, near_d2
     `region` (N,) is the region of a point and `parent` the union-find of the regions; `uniform` (K,) is the region
     that all points of a node belong to, or -1.
     """
-    found = 0
-    stack = np.empty(128, np.int64)
-    stack[0] = 0
-    top = 1
-    while top:
-        top -= 1
-        node = stack[top]
-        if found == len(near) and point_gap(tree, node, channels, point) > near_d2[found - 1]:
+    box, stack = box_of_point(channels, point), np.empty(LEVELS, np.int64)
+    stack[0], top = 0, 1
+    found, farthest = 0, np.inf
+    while True:
+        leaf, top = next_leaf(tree, box, 0, farthest, True, stack, top)
+        if leaf < 0:
+            return found
+        if uniform[leaf] >= 0 and find(parent, uniform[leaf]) == own:
             continue
-        if uniform[node] >= 0 and find(parent, uniform[node]) == own:
-            continue
-        right = tree.right[node]
-        if right:
-            left_first = point_gap(tree, node + 1, channels, point) <= point_gap(tree, right, channels, point)
-            stack[top] = right if left_first else node + 1
-            stack[top + 1] = node + 1 if left_first else right
-            top += 2
-            continue
-        for row in range(tree.start[node], tree.stop[node]):
+        for row in range(tree.start[leaf], tree.stop[leaf]):
             other = tree.order[row]
             if find(parent, region[other]) != own:
                 found = insert_near(channels, point, other, near_d2, near, found)
-    return found
-
-
-@kernel
-def point_gap(tree, node, channels, point):  # type: ignore[no-untyped-def]
-    """Squared distance from a point to a node's box."""
-    gap = 0.0
-    for c in range(3):
-        value = channels[point, c]
-        outside = max(0.0, tree.boxes[8 * node + c] - value, value - tree.boxes[8 * node + 4 + c])
-        gap += outside * outside
-    return gap * SLACK
+        if found == len(near):
+            farthest = near_d2[found - 1]
 
 
 @kernel

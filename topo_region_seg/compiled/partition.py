@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.nearest import comes_before
+from topo_region_seg.compiled.walks import MIXED
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -23,12 +24,12 @@ def count_off(root: IntArray, weight: IntArray) -> tuple[IntArray, IntArray]:
     size = np.zeros(len(root), np.int64)
     count = 0
     for i in range(len(root)):
-        r = index(root[i])
+        r = root[i]
         if number[r] < 0:
             number[r] = count
             count += 1
         region[i] = number[r]
-        size[index(number[r])] += weight[i]
+        size[number[r]] += weight[i]
     return region, size[:count].copy()
 
 
@@ -38,12 +39,11 @@ def first_points(channels: FloatArray, region: IntArray, n_regions: int) -> IntA
 
     Points whose region is below 0 are in none.
     """
-    channels, region = borrowed(channels), borrowed(region)
     first = np.full(n_regions, -1)
     for point in range(len(region)):
         if region[point] < 0:
             continue
-        r = index(region[point])
+        r = region[point]
         if first[r] < 0 or comes_before(channels, point, first[r]):
             first[r] = point
     return first
@@ -52,28 +52,27 @@ def first_points(channels: FloatArray, region: IntArray, n_regions: int) -> IntA
 @kernel
 def region_sizes(region: IntArray, weight: IntArray, n_regions: int) -> IntArray:
     """Return the sum of the weights of each region's points, (R,)."""
-    region, weight = borrowed(region), borrowed(weight)
     size = np.zeros(n_regions, np.int64)
     for point in range(len(region)):
         if region[point] >= 0:
-            size[index(region[point])] += weight[point]
+            size[region[point]] += weight[point]
     return size
 
 
 @kernel
 def uniform_regions(tree: Tree, region: IntArray) -> IntArray:
-    """Return for each node the region that all its points belong to, or -1."""
-    uniform = np.full(len(tree.start), -1)
+    """Return for each node the region that all its points belong to, -1 for none, or MIXED if they do not agree."""
+    uniform = np.full(len(tree.start), MIXED)
     for node in range(len(uniform) - 1, -1, -1):
         right = tree.right[node]
         if right:
             if uniform[node + 1] == uniform[right]:
                 uniform[node] = uniform[right]
             continue
-        only = region[index(tree.order[index(tree.start[node])])]
+        only = region[tree.order[tree.start[node]]]
         for row in range(tree.start[node] + 1, tree.stop[node]):
-            if region[index(tree.order[index(row)])] != only:
-                only = -1
+            if region[tree.order[row]] != only:
+                only = MIXED
                 break
         uniform[node] = only
     return uniform

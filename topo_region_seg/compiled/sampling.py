@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -16,7 +16,6 @@ def sample_rows(xyz: FloatArray, size: int, seed: int) -> IntArray:
 
     The sample depends on the points alone, not on their order.
     """
-    xyz = borrowed(xyz)
     limit = np.float64(size) / max(len(xyz), size)
     hashes = np.empty(len(xyz))
     rows = np.empty(len(xyz), np.int64)

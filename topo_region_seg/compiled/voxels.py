@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 
 @kernel
 def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
     """Return the voxel (N,) of every point, numbered in the order of appearance, and the first point (M,) of each."""
-    xyz = borrowed(xyz)
     n = len(xyz)
     slots = 16
     while slots < 2 * n:
@@ -52,7 +51,6 @@ def number_voxels(xyz: FloatArray, edge: float) -> tuple[IntArray, IntArray]:
 @kernel
 def voxel_means(values: npt.NDArray[Any], voxel: IntArray, n_voxels: int) -> tuple[FloatArray, IntArray]:
     """Return the mean (M, 3) of the `values` (N, 3) in each voxel, and the number of them (M,)."""
-    values, voxel = borrowed(values), borrowed(voxel)
     mean = np.zeros((n_voxels, 3))
     count = np.zeros(n_voxels, np.int64)
     for i in range(len(voxel)):

@@ -24,8 +24,7 @@ HEAD = """\
 #
 # Every parameter of region_segmentation_node with its default.
 # Generated from the parameter tables: python -m topo_region_seg.offline.parameter_docs yaml
-# A number that has a decimal point here needs one (1.0, not 1). All can be changed while the node runs,
-# except those marked "fixed"; a change is in force from the next cloud on.
+# All can be changed while the node runs, except those marked "fixed"; a change is in force from the next cloud on.
 /**:
   ros__parameters:
 """

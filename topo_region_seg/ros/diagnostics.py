@@ -4,17 +4,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from topo_region_seg.ros.statistics import Snapshot
 
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 LIVE_MS = 60_000.0
 """Largest distance between a stamp and the clock that looks like a running camera."""
 
 
 def diagnostics(
-    stamp: Time, node: str, state: str, now: Snapshot, before: Snapshot, input_timeout: float
+    stamp: Time, node: str, state: str, failure: str | None, now: Snapshot, before: Snapshot, input_timeout: float
 ) -> DiagnosticArray:
     """Return the node's diagnostics.
 
@@ -26,12 +29,14 @@ def diagnostics(
         Fully qualified name of the node.
     state : str
         Lifecycle state; only an active node can be in error for want of input.
+    failure : str or None
+        Why the last transition failed, which is an error in every state.
     now, before : Snapshot
         Figures of this and of the last report; the level tells what happened in between.
     input_timeout : float
         Seconds without a cloud that are an error; 0 = none.
     """
-    level, message = _summary(state, now, before, input_timeout)
+    level, message = (ERROR, failure) if failure else _summary(state, now, before, input_timeout)
     status = DiagnosticStatus(
         level=level,
         name=f"{node.lstrip('/')}: segmentation",
@@ -46,24 +51,29 @@ def diagnostics(
 
 def _summary(state: str, now: Snapshot, before: Snapshot, input_timeout: float) -> tuple[bytes, str]:
     if state != "active":
-        return DiagnosticStatus.OK, state
+        return OK, state
     rejected = sum(now.rejected.values()) - sum(before.rejected.values())
     processed = now.processed - before.processed
     dropped = now.dropped - before.dropped
     if 0 < input_timeout <= now.idle:
         deaf = f"; {now.incompatible} publishers with incompatible QoS" if now.incompatible else ""
-        return DiagnosticStatus.ERROR, f"no clouds for {now.idle:.0f} s{deaf}"
+        return ERROR, f"no clouds for {now.idle:.0f} s{deaf}"
     troubles = []
     if rejected:
-        reasons = [reason for reason, count in now.rejected.items() if count > before.rejected.get(reason, 0)]
-        troubles.append(f"{rejected} clouds rejected ({', '.join(sorted(reasons))})")
+        reasons = _grown(now.rejected, before.rejected)
+        troubles.append(f"{rejected} clouds rejected ({', '.join(reasons)})")
     if dropped:
         troubles.append(f"{dropped} dropped for newer ones")
+    troubles += [f"{code}: {now.notice_texts[code]}" for code in _grown(now.notices, before.notices)]
     if troubles:
-        return DiagnosticStatus.WARN, f"{processed} clouds processed, {', '.join(troubles)}"
+        return WARN, f"{processed} clouds processed, {', '.join(troubles)}"
     if not now.received:
-        return DiagnosticStatus.OK, "waiting for the first cloud"
-    return DiagnosticStatus.OK, f"{now.output_hz:.1f} Hz, {now.regions} regions"
+        return OK, "waiting for the first cloud"
+    return OK, f"{now.output_hz:.1f} Hz, {now.regions} regions"
+
+
+def _grown(now: Mapping[str, int], before: Mapping[str, int]) -> list[str]:
+    return sorted(code for code, count in now.items() if count > before.get(code, 0))
 
 
 def _values(state: str, now: Snapshot) -> dict[str, str]:
@@ -79,6 +89,7 @@ def _values(state: str, now: Snapshot) -> dict[str, str]:
         "publishers with incompatible QoS": str(now.incompatible),
     }
     values |= {f"rejected: {reason}": str(count) for reason, count in sorted(now.rejected.items())}
+    values |= {f"notice: {code}": str(count) for code, count in sorted(now.notices.items())}
     values |= {"stamp (s)": now.stamp, "points": str(now.points), "regions": str(now.regions)}
     # The stamps of a recording tell nothing about the age of the data.
     live = now.stamp_age_ms is not None and abs(now.stamp_age_ms) < LIVE_MS

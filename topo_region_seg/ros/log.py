@@ -1,16 +1,30 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings that come with a reason code: once, or at most once in a while."""
+"""The log: where it goes, and warnings that come with a reason code: once, or at most once in a while."""
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rclpy.impl.rcutils_logger import RcutilsLogger
+
+
+def unwritable_folder() -> str | None:
+    """Return why rcl could not write its log files, None if it can; it ends the process where it cannot."""
+    chosen, home = os.environ.get("ROS_LOG_DIR"), os.environ.get("ROS_HOME")
+    folder = Path(chosen) if chosen else Path(home or "~/.ros") / "log"
+    try:
+        folder = folder.expanduser()
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError) as error:
+        return f"{folder}: {getattr(error, 'strerror', None) or error}"
+    return None if os.access(folder, os.W_OK) else f"{folder}: not writable"
 
 
 class ReasonLog:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -16,9 +15,6 @@ from rclpy.parameter import Parameter
 from topo_region_seg.parameter_table import ParameterError, ParameterTable, Row, checked
 
 P = TypeVar("P", bound=ParameterTable)
-
-# Parameters that rclpy declares itself or reads without declaring.
-FOREIGN = ("use_sim_time", "qos_overrides", "start_type_description_service")
 
 
 def descriptor(row: Row) -> ParameterDescriptor:
@@ -53,17 +49,18 @@ def declare(node: Node, table: type[P]) -> P:
         If a value given at start has the wrong type, is out of range or contradicts another one.
     """
     for row in table.table():
+        if (given := node._parameter_overrides.get(row.name)) is not None:
+            node._parameter_overrides[row.name] = _typed(row, given)
         try:
             if row.type is tuple:
                 _declare_numbers(node, row)
             else:
                 node.declare_parameter(row.name, row.default, descriptor(row))
         except ParameterException:
-            given = node._parameter_overrides[row.name].value
-            # Where the table refuses the value too, it says best why; what is left is a matter of type.
-            wanted = checked(row, given)
-            wanted = list(wanted) if row.type is tuple else wanted
-            raise ParameterError(f"{row.name} = {given!r}: ROS tells 1 from 1.0; write {wanted!r}") from None
+            value = node._parameter_overrides[row.name].value
+            # The table refuses the value too, and says best why.
+            wanted = checked(row, value)
+            raise ParameterError(f"{row.name} = {value!r}: is of another type than {wanted!r}") from None
     return read(node, table)
 
 
@@ -82,29 +79,26 @@ def check(current: ParameterTable, changes: Sequence[Parameter]) -> SetParameter
     return SetParametersResult(successful=True)
 
 
-def typed_empty_lists(changes: Sequence[Parameter], table: type[ParameterTable]) -> list[Parameter]:
-    """Return the changes with every empty list made a list of doubles: an empty list on a command line has no type."""
-    lists = {row.name for row in table.table() if row.type is tuple}
-    kinds = Parameter.Type
-    arrays = (kinds.BOOL_ARRAY, kinds.BYTE_ARRAY, kinds.INTEGER_ARRAY, kinds.STRING_ARRAY)
-    return [
-        Parameter(change.name, kinds.DOUBLE_ARRAY, [])
-        if change.name in lists and change.type_ in arrays and not len(change.value)
-        else change
-        for change in changes
-    ]
+def typed(changes: Sequence[Parameter], table: type[ParameterTable]) -> list[Parameter]:
+    """Return the changes with every value of the table made of its row's ROS type, where nothing is lost by that.
+
+    A command line and `ros2 param set` take 1 for an integer where the parameter is a double, and an empty list for one
+    of no type.
+    """
+    rows = {row.name: row for row in table.table()}
+    return [_typed(rows[change.name], change) if change.name in rows else change for change in changes]
 
 
-def unknown_names(node: Node, tables: Sequence[type[ParameterTable]]) -> list[str]:
-    """Return a line for each parameter given at start that no table knows; rclpy drops these silently."""
-    known = [row.name for table in tables for row in table.table()]
-    lines = []
-    for name in sorted(node._parameter_overrides):
-        if name in known or name.startswith(FOREIGN):
-            continue
-        near = difflib.get_close_matches(name, known, n=1)
-        lines.append(f"unknown parameter '{name}' ignored" + (f"; did you mean '{near[0]}'?" if near else ""))
-    return lines
+def _typed(row: Row, given: Parameter) -> Parameter:
+    kinds, value = Parameter.Type, given.value
+    if row.type is float and given.type_ == kinds.INTEGER:
+        return Parameter(row.name, kinds.DOUBLE, float(value))
+    if row.type is int and given.type_ == kinds.DOUBLE and value.is_integer():
+        return Parameter(row.name, kinds.INTEGER, int(value))
+    empty = given.type_ in (kinds.BOOL_ARRAY, kinds.BYTE_ARRAY, kinds.STRING_ARRAY) and not len(value)
+    if row.type is tuple and (empty or given.type_ == kinds.INTEGER_ARRAY):
+        return Parameter(row.name, kinds.DOUBLE_ARRAY, [float(number) for number in value])
+    return given
 
 
 def _declare_numbers(node: Node, row: Row) -> None:

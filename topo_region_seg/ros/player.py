@@ -7,7 +7,7 @@ from __future__ import annotations
 import signal
 import struct
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import rclpy
@@ -20,7 +20,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
 
 from topo_region_seg.ros.memory import keep_freed_memory
-from topo_region_seg.ros.transport import use_shared_memory_for_clouds
+from topo_region_seg.ros.transport import SHARED_MEMORY, fast_dds, prepare_fast_dds
 
 Clouds = Callable[[], Iterator[tuple[int, bytes]]]
 """Begins anew at each call; yields (time in ns, CDR bytes)."""
@@ -28,6 +28,8 @@ Clouds = Callable[[], Iterator[tuple[int, bytes]]]
 DEPTH = 5
 ACKNOWLEDGE_TIMEOUT = 5.0
 """How long to wait at the end for the last clouds to be received, seconds."""
+LONGEST_GAP, SHORT_GAP = 10.0, 1.0
+"""Pauses between recorded clouds, seconds: longer than any that a camera makes, and what is made of them."""
 
 
 class NobodySubscribedError(Exception):
@@ -68,6 +70,22 @@ class Playback:
     wait_timeout: float = float("inf")
 
 
+@dataclass(frozen=True)
+class Played:
+    """What became of the clouds.
+
+    Parameters
+    ----------
+    published : int
+        How many went out.
+    unheard : str or None
+        Why they have reached nobody, or the last ones not all subscribers; None if they have.
+    """
+
+    published: int
+    unheard: str | None
+
+
 def play(
     clouds: Clouds,
     playback: Playback,
@@ -75,8 +93,8 @@ def play(
     report: Callable[[str], None],
     step: Callable[[], None],
     ros_arguments: Sequence[str] = (),
-) -> int:
-    """Publish all clouds, and return how many; ends early on Ctrl-C, which is ignored from then on.
+) -> Played:
+    """Publish all clouds; ends early on Ctrl-C, which is ignored from then on.
 
     Raises
     ------
@@ -84,22 +102,23 @@ def play(
         Nobody came in time.
     """
     keep_freed_memory()
-    use_shared_memory_for_clouds()
+    prepare_fast_dds()
     rclpy.init(args=list(ros_arguments))
-    published = 0
+    published, heard = 0, False
+    unheard: str | None = None
     node: Node | None = None
     try:
         node = Node("topo_region_seg_player")
         policy = ReliabilityPolicy.RELIABLE if playback.reliable else ReliabilityPolicy.BEST_EFFORT
         publisher = node.create_publisher(PointCloud2, playback.topic, QoSProfile(depth=DEPTH, reliability=policy))
         _wait_for_subscribers(node, publisher, playback, report)
-        for data in _at_their_times(node, clouds, playback):
+        for data in _at_their_times(node, clouds, playback, report):
             publisher.publish(_stamped(node, data) if playback.stamp_now else data)
             published += 1
+            heard = heard or publisher.get_subscription_count() > 0
             step()
-        # A reliable publisher that goes at once takes with it what was not received yet.
-        if playback.reliable and published:
-            publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT))
+        if published:
+            unheard = _why_unheard(publisher, playback, heard)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except rclpy_implementation.RCLError:
@@ -110,7 +129,29 @@ def play(
         # All is done: what stops a launch now must find an end like any other, not one by a signal.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rclpy.try_shutdown()
-    return published
+    return Played(published, unheard)
+
+
+def _why_unheard(publisher: Publisher, playback: Playback, heard: bool) -> str | None:
+    """Wait for the last clouds to be received, as a reliable publisher that goes at once takes them with it."""
+    if not heard:
+        return f"nobody subscribed to {publisher.topic_name}"
+    if not playback.reliable or _acknowledged(publisher):
+        return None
+    why = f"not every subscriber to {publisher.topic_name} received the last ones within {ACKNOWLEDGE_TIMEOUT:.0f} s"
+    if fast_dds():
+        why += (
+            f"; a subscriber in another container must share {SHARED_MEMORY} (--ipc=host), "
+            "or both set FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
+        )
+    return why
+
+
+def _acknowledged(publisher: Publisher) -> bool:
+    try:
+        return bool(publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT)))
+    except rclpy_implementation.RCLError:
+        return True  # a middleware that cannot tell
 
 
 def _wait_for_subscribers(node: Node, publisher: Publisher, playback: Playback, report: Callable[[str], None]) -> None:
@@ -129,24 +170,44 @@ def _wait_for_subscribers(node: Node, publisher: Publisher, playback: Playback, 
         rclpy.spin_once(node, timeout_sec=0.05)
 
 
-def _at_their_times(node: Node, clouds: Clouds, playback: Playback) -> Iterator[bytes]:
+def _at_their_times(node: Node, clouds: Clouds, playback: Playback, report: Callable[[str], None]) -> Iterator[bytes]:
     """Yield each cloud when it is due; the next one is read before the wait, so that reading does not delay it."""
     while True:
-        first: int | None = None
         start = time.monotonic()
-        count = 0
-        for log_time, data in clouds():
-            first = log_time if first is None else first
-            due = count / playback.hz if playback.hz else (log_time - first) * 1e-9 / playback.rate
+        count, due = 0, 0.0
+        for pause, data in _pauses(clouds(), playback, report):
+            due += pause
             _sleep_until(node, start + due)
             yield data
             count += 1
-            last_due = due
         if not playback.loop or count == 0:
             return
         # The pause before the first cloud of the next round is the mean of those between the clouds.
-        pause = 1.0 / playback.hz if playback.hz else last_due / (count - 1) if count > 1 else 1.0 / playback.rate
-        _sleep_until(node, start + last_due + pause)
+        mean = 1.0 / playback.hz if playback.hz else due / (count - 1) if count > 1 else 1.0 / playback.rate
+        _sleep_until(node, start + due + mean)
+
+
+def _pauses(
+    clouds: Iterable[tuple[int, bytes]], playback: Playback, report: Callable[[str], None]
+) -> Iterator[tuple[float, bytes]]:
+    """Yield the time to wait before each cloud, seconds, and its bytes; times that go back are no wait."""
+    last: int | None = None
+    for count, (log_time, data) in enumerate(clouds):
+        pause = 0.0 if last is None else max(0.0, (log_time - last) * 1e-9)
+        last = log_time
+        if playback.hz:
+            pause = 1.0 / playback.hz if count else 0.0
+        elif pause > LONGEST_GAP:
+            report(f"skipped a gap of {_duration(pause)} in the recorded times, before cloud {count + 1}")
+            pause = SHORT_GAP
+        yield pause / (1.0 if playback.hz else playback.rate), data
+
+
+def _duration(seconds: float) -> str:
+    for unit, length in (("years", 365.25 * 86_400), ("days", 86_400), ("hours", 3_600)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.1f} s"
 
 
 def _sleep_until(node: Node, due: float) -> None:

@@ -18,6 +18,9 @@ from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.statistics import Statistics
 
+ASKED_FOR = frozenset({"thinned"})
+"""Notices of what a parameter asks for: said once, and no reason to warn in the diagnostics."""
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -69,15 +72,19 @@ class FrameProcessor:
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
         started = time.monotonic()
-        cloud = decode(frame.msg, max_points=pipeline.params.point_limit, warn=self._log.once)
+        cloud = decode(
+            frame.msg,
+            max_points=pipeline.params.point_limit,
+            warn=self._log.once,
+            needs_color=pipeline.needs_color,
+        )
         decoded = time.monotonic()
         if not frame.msg.header.frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
         stamp = frame.msg.header.stamp
-        seg = pipeline.run(cloud, self._log.once)
-        seg = self._tracker.follow(
-            cloud, seg, stamp.sec + 1e-9 * stamp.nanosec, frame.msg.header.frame_id, self._log.once
-        )
+        seg = pipeline.run(cloud, self._notice)
+        seconds = stamp.sec + 1e-9 * stamp.nanosec
+        seg = self._tracker.follow(cloud, seg, seconds, frame.msg.header.frame_id, self._notice)
         segmented = time.monotonic()
         self._outputs.publish(frame.msg, cloud, seg)
         published = time.monotonic()
@@ -100,6 +107,13 @@ class FrameProcessor:
                 f"first cloud answered: {cloud.width}x{cloud.height} points in frame '{frame.msg.header.frame_id}', "
                 f"{len(seg.regions)} regions, {latency:.0f} ms"
             )
+
+    def _notice(self, code: str, text: str) -> None:
+        if code in ASKED_FOR:
+            self._log.once(code, text)
+            return
+        self._statistics.noticed(code, text)
+        self._log.throttled(code, text)
 
     def _reject(self, reason: str, text: str) -> None:
         self._statistics.rejected(reason)

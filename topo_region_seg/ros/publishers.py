@@ -6,29 +6,43 @@ from __future__ import annotations
 
 from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import UInt32
 from visualization_msgs.msg import MarkerArray
 
 from topo_region_seg.cloud import messages
 from topo_region_seg.data import Cloud
+from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.types import ros_types
 from topo_region_seg.segmentation import Segmentation
 
+CLOUDS = ("labeled_points", "regions", "barcode", "region_colors")
+"""Outputs that are clouds themselves, and no input for another such node."""
+
 
 class Outputs:
-    """Lifecycle publishers of all that is said about a frame: reliable, depth 1, QoS overridable by parameters."""
+    """Lifecycle publishers of all that is said about a frame: reliable, depth 1, QoS overridable by parameters.
+
+    Raises
+    ------
+    ParameterError
+        A QoS override is invalid.
+    """
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
         self._types = ros_types()
-        self._labeled_points = self._create(PointCloud2, "labeled_points")
-        self._region_count = self._create(UInt32, "region_count")
-        self._regions = self._create(PointCloud2, "regions")
-        self._barcode = self._create(PointCloud2, "barcode")
-        self._region_markers = self._create(MarkerArray, "region_markers")
-        self._region_colors = self._create(PointCloud2, "region_colors")
+        self._publishers: list[LifecyclePublisher] = []
+        try:
+            self._labeled_points = self._create(PointCloud2, "labeled_points")
+            self._region_count = self._create(UInt32, "region_count")
+            self._regions = self._create(PointCloud2, "regions")
+            self._barcode = self._create(PointCloud2, "barcode")
+            self._region_markers = self._create(MarkerArray, "region_markers")
+            self._region_colors = self._create(PointCloud2, "region_colors")
+        except Exception:
+            self.destroy()
+            raise
 
     def publish(self, msg: PointCloud2, cloud: Cloud, seg: Segmentation) -> None:
         """Publish what is known of the frame `msg`; all but labels and count only while somebody subscribes."""
@@ -46,17 +60,13 @@ class Outputs:
 
     def destroy(self) -> None:
         """Remove the topics."""
-        for publisher in (
-            self._labeled_points,
-            self._region_count,
-            self._regions,
-            self._barcode,
-            self._region_markers,
-            self._region_colors,
-        ):
+        for publisher in self._publishers:
             self._node.destroy_lifecycle_publisher(publisher)
+        self._publishers.clear()
 
     def _create(self, kind: type, topic: str) -> LifecyclePublisher:
-        return self._node.create_lifecycle_publisher(
-            kind, topic, QoSProfile(depth=1), qos_overriding_options=QoSOverridingOptions.with_default_policies()
+        publisher = self._node.create_lifecycle_publisher(
+            kind, topic, QoSProfile(depth=1), qos_overriding_options=overriding(self._node, topic, "publisher")
         )
+        self._publishers.append(publisher)
+        return publisher

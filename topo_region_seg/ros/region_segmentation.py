@@ -15,14 +15,18 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
+from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros import parameters
 from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.input_quality import FOLLOWED
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
+from topo_region_seg.ros.parameter_names import unknown
 from topo_region_seg.ros.processor import FrameProcessor
 from topo_region_seg.ros.publishers import Outputs
+from topo_region_seg.ros.qos_overrides import unused
 from topo_region_seg.ros.reporter import Reporter
 from topo_region_seg.ros.statistics import Statistics
 from topo_region_seg.ros.warm_up import warm_up_kernels
@@ -37,6 +41,11 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
     Unconfigured: parameters and diagnostics. Inactive: also compiled kernels and the output topics.
     Active: also the subscription and the worker thread.
 
+    Attributes
+    ----------
+    start_failed : bool
+        Whether :meth:`autostart` could not activate the node.
+
     Raises
     ------
     ParameterError
@@ -48,9 +57,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._params = parameters.declare(self, Params)
         self._node_params = parameters.declare(self, NodeParams)
         self._log = ReasonLog(self.get_logger(), lambda: self._node_params.warning_period)
-        for line in parameters.unknown_names(self, (Params, NodeParams)):
+        for line in unknown(self._parameter_overrides):
             self.get_logger().warning(line)
-        self.add_pre_set_parameters_callback(lambda changes: parameters.typed_empty_lists(changes, Params))
+        self.add_pre_set_parameters_callback(self._type_parameters)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
@@ -58,12 +67,18 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._outputs: Outputs | None = None
         self._processor: FrameProcessor | None = None
         self._input: Input | None = None
+        self._failure: str | None = None
+        self._warned_of_overrides = False
+        self.start_failed = False
         self._reporter = Reporter(self, self._statistics)
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._survive_invalid_transitions()
 
     def autostart(self) -> None:
-        """Configure and activate on a thread of its own, unless the parameter `autostart` is false."""
+        """Configure and activate on a thread of its own, unless the parameter `autostart` is false.
+
+        Shuts the context down if that fails: a process that lives on would look like a node that works.
+        """
         if self._node_params.autostart:
             threading.Thread(target=self._autostart, name="autostart", daemon=True).start()
         else:
@@ -97,6 +112,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             self._processor.forget()
             reliability = self._node_params.input_reliability
             self._input = Input(self, self._processor.process, self._statistics, self._log, reliability)
+            self._warn_of_unused_overrides(self._input)
             self.get_logger().info(f"active: waiting for clouds on {self._input.topic}")
 
         return self._transition("activate", activate, undo=self._close_input)
@@ -128,23 +144,38 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
     ) -> TransitionCallbackReturn:
         try:
             action()
+            self._failure = None
             return TransitionCallbackReturn.SUCCESS
         except ExternalShutdownException:
             return TransitionCallbackReturn.FAILURE
         except Exception as error:
-            self.get_logger().error(f"{name} failed: {type(error).__name__}: {error}")
+            reason = str(error) if isinstance(error, ParameterError) else f"{type(error).__name__}: {error}"
+            self._failure = f"{name} failed: {reason}"
+            self.get_logger().error(self._failure)
             if undo is None:
                 return TransitionCallbackReturn.ERROR
             undo()
             return TransitionCallbackReturn.FAILURE
 
     def _autostart(self) -> None:
+        success = TransitionCallbackReturn.SUCCESS
         try:
-            if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
-                self.trigger_activate()
+            started = self.trigger_configure() == success and self.trigger_activate() == success
         except Exception as error:
-            if self.context.ok():
-                self.get_logger().error(f"autostart failed: {error}")
+            started, self._failure = False, f"autostart failed: {type(error).__name__}: {error}"
+        if started or not self.context.ok():
+            return  # not ok: a signal ended the node while it started
+        self.get_logger().fatal(f"not started, and ends: {self._failure}")
+        self.start_failed = True
+        self._report()
+        self._reporter.wait_until_heard()
+        self.context.try_shutdown()
+
+    def _warn_of_unused_overrides(self, source: Input) -> None:
+        if not self._warned_of_overrides:
+            self._warned_of_overrides = True
+            for line in unused(self, [source.quality.override(kind) for kind in FOLLOWED]):
+                self.get_logger().warning(line)
 
     def _survive_invalid_transitions(self) -> None:
         # rclpy lets the error of a transition that the present state does not have end the whole process.
@@ -181,6 +212,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
 
     # Parameters: checked as a whole, in force from the next frame on.
 
+    def _type_parameters(self, changes: Sequence[Parameter]) -> list[Parameter]:
+        return parameters.typed(parameters.typed(changes, Params), NodeParams)
+
     def _check_parameters(self, changes: Sequence[Parameter]) -> SetParametersResult:
         for current in (self._params, self._node_params):
             result = parameters.check(current, changes)
@@ -202,4 +236,4 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
     def _report(self) -> None:
         if self._input is not None:
             self._input.follow_publishers()
-        self._reporter.report(self.state, self._input, self._node_params.input_timeout)
+        self._reporter.report(self.state, self._failure, self._input, self._node_params.input_timeout)

@@ -29,7 +29,8 @@ class Snapshot:
     Every cloud in `received` is in the end `processed`, `dropped` (for a newer one, or because it waited when the
     node was deactivated) or `rejected`. `latencies_ms` holds percentiles. `idle` is the time since the last cloud or,
     if later, since :meth:`Statistics.restart`. `stamp` is that of the last answered cloud, seconds.
-    `incompatible` counts publishers whose QoS does not match.
+    `incompatible` counts publishers whose QoS does not match. `notices` counts, by code, what was said of clouds that
+    were answered, and `notice_texts` holds what was said last.
     """
 
     received: int
@@ -47,6 +48,8 @@ class Snapshot:
     stamp: str
     idle: float
     incompatible: int
+    notices: dict[str, int]
+    notice_texts: dict[str, str]
 
 
 class Statistics:
@@ -61,6 +64,8 @@ class Statistics:
         self._lost = 0
         self._incompatible = 0
         self._rejected: Counter[str] = Counter()
+        self._notices: Counter[str] = Counter()
+        self._notice_texts: dict[str, str] = {}
         self._points = 0
         self._regions = 0
         self._stamp = ""
@@ -114,6 +119,12 @@ class Statistics:
         with self._lock:
             self._rejected[reason] += 1
 
+    def noticed(self, code: str, text: str) -> None:
+        """Count something that is to be known of a cloud that is answered, such as why it has no regions."""
+        with self._lock:
+            self._notices[code] += 1
+            self._notice_texts[code] = text
+
     def processed(
         self,
         stages_ms: Mapping[str, float],
@@ -155,6 +166,8 @@ class Statistics:
                 regions=self._regions,
                 stamp=self._stamp,
                 incompatible=self._incompatible,
+                notices=dict(self._notices),
+                notice_texts=dict(self._notice_texts),
                 idle=now - self._last_input,
             )
 

@@ -12,6 +12,8 @@ import os
 from collections.abc import MutableMapping
 from pathlib import Path
 
+from topo_region_seg.ros.dead_segments import remove_dead_segments
+
 PROFILES = Path(__file__).with_name("fastdds.xml")
 """Settings of Fast DDS, also installed as share/topo_region_seg/config/fastdds.xml."""
 SEGMENT = 64 << 20
@@ -20,6 +22,25 @@ VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 OTHERS = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS")
 IN_FOLDER = "DEFAULT_FASTRTPS_PROFILES.xml"
 SHARED_MEMORY = Path("/dev/shm")
+
+
+def fast_dds(environment: MutableMapping[str, str] | None = None) -> bool:
+    """Whether the middleware is Fast DDS, as it is unless ``RMW_IMPLEMENTATION`` names another one."""
+    chosen = (os.environ if environment is None else environment).get("RMW_IMPLEMENTATION")
+    return not chosen or chosen.startswith("rmw_fastrtps")
+
+
+def prepare_fast_dds() -> list[str]:
+    """Make room and use :data:`PROFILES` before the middleware starts; return what is to be said of it."""
+    if not fast_dds():
+        return []
+    notes = []
+    count, size = remove_dead_segments(SHARED_MEMORY)
+    if count:
+        notes.append(f"removed {count} segment(s) of dead processes from {SHARED_MEMORY}, {size / 1e6:.0f} MB")
+    if (reason := use_shared_memory_for_clouds()) is not None:
+        notes.append(f"transports of Fast DDS left as they are: {reason}")
+    return notes
 
 
 def use_shared_memory_for_clouds(environment: MutableMapping[str, str] | None = None) -> str | None:
@@ -49,7 +70,7 @@ def use_shared_memory_for_clouds(environment: MutableMapping[str, str] | None = 
     if (free := room.f_bavail * room.f_frsize) < 2 * SEGMENT:
         return (
             f"{SHARED_MEMORY} has {free >> 20} MB left, less than {2 * SEGMENT >> 20}; "
-            "remove what dead processes left (fastdds shm clean), or start the container with --shm-size=512m"
+            "end processes that use it, or start the container with --shm-size=512m"
         )
     environment[VARIABLE] = str(PROFILES)
     return None

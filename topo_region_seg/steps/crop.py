@@ -8,27 +8,32 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel
-from topo_region_seg.data import BoolArray, IntArray
+from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.params import Params
 
 
-def crop(xyz: npt.NDArray[np.floating], params: Params) -> IntArray:
+def crop(xyz: npt.NDArray[np.floating], sensor: FloatArray, params: Params, *, any_range: bool = False) -> IntArray:
     """Return the rows of `xyz` (N, 3), metres, that are valid, within range and inside the crop box.
 
     Parameters
     ----------
     xyz : (N, 3) float32 or float64
-        Positions in the sensor frame; invalid ones are not finite, or (0, 0, 0) if `drop_zeros`.
+        Positions; invalid ones are not finite, or (0, 0, 0) if `drop_zeros`.
+    sensor : (3,) float64
+        Where the sensor is, metres, in their frame.
     params : Params
         Uses `min_range`, `max_range`, `drop_zeros`, `crop_box` and `crop_box_pose`.
+    any_range : bool
+        Whether points at any distance are kept.
 
     Returns
     -------
     (M,) int64
         Kept rows, ascending.
     """
-    rows = rows_in_range(xyz, params.min_range, params.max_range, params.drop_zeros)
+    near, far = (0.0, np.inf) if any_range else (params.min_range, params.max_range)
+    rows = rows_in_range(xyz, sensor, near, far, params.drop_zeros)
     return rows[_inside_box(xyz[rows], params)] if params.crop_box else rows
 
 
@@ -43,17 +48,20 @@ def _inside_box(xyz: npt.NDArray[np.floating], params: Params) -> BoolArray:
 
 
 @kernel
-def rows_in_range(xyz: npt.NDArray[np.floating], near: float, far: float, drop_zeros: bool) -> IntArray:
-    """Return the rows (M,) at a distance within [near, far], metres; what is not finite is not in range."""
-    xyz = borrowed(xyz)
+def rows_in_range(
+    xyz: npt.NDArray[np.floating], sensor: FloatArray, near: float, far: float, drop_zeros: bool
+) -> IntArray:
+    """Return the rows (M,) at a distance from `sensor` (3,) within [near, far], metres; what is not finite is not."""
     rows = np.empty(len(xyz), np.int64)
     count = 0
     for i in range(len(xyz)):
         x, y, z = np.float64(xyz[i, 0]), np.float64(xyz[i, 1]), np.float64(xyz[i, 2])
-        range2 = x * x + y * y + z * z
-        rows[index(count)] = i
-        # False for NaN.
-        keep = (range2 <= far * far) & (range2 >= near * near) & ((range2 > 0.0) | (not drop_zeros))
+        dx, dy, dz = x - sensor[0], y - sensor[1], z - sensor[2]
+        range2 = dx * dx + dy * dy + dz * dz
+        rows[count] = i
+        zero = (x == 0.0) & (y == 0.0) & (z == 0.0)
+        # False for NaN and infinities.
+        keep = (range2 <= far * far) & (range2 >= near * near) & (range2 < np.inf) & (not (zero & drop_zeros))
         count += 1 if keep else 0
     kept: IntArray = rows[:count].copy()
     return kept

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.partition import first_points, region_sizes
 from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, RegionTable
 
@@ -71,7 +71,7 @@ def region_sums(
     for i in range(len(labels)):
         if labels[i] == 0:
             continue
-        r = index(np.int64(labels[i]) - 1)
+        r = np.int64(labels[i]) - 1
         size[r] += weight[i]
         for c in range(3):
             sums[r, c] += weight[i] * xyz[i, c]

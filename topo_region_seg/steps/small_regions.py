@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.nearest import nearest_outside
 from topo_region_seg.compiled.partition import count_off, first_points, uniform_regions
@@ -15,7 +15,7 @@ from topo_region_seg.compiled.union_find import find
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
 
-NEAREST = 8  # points of other regions among which the most alike is chosen
+CANDIDATES = 8  # points of other regions among which the most alike is chosen
 NONE = -1
 
 
@@ -67,7 +67,7 @@ def settle_small_regions(
         _ranks(channels[representative]),
         limits,
         params.min_region_size,
-        NEAREST,
+        CANDIDATES,
     )
     return count_off(target[region], weight)[0]
 
@@ -92,22 +92,21 @@ def merge_small_regions(
     rank: IntArray,
     limits: Criterion,
     min_size: int,
-    n_nearest: int,
+    n_candidates: int,
 ) -> IntArray:
     """Unite regions below `min_size`, smallest first, and return the region (R,) that each one ends in.
 
     `tree` is over positions, `channels` (N, 9) as in the filtration; `region` (N,) is the region of a point;
     `size`, `representative` (a point) and `rank` (order of the representatives) are (R,). Among the
-    `n_nearest` points of other regions nearest to the representative, the one with the smallest normalized
+    `n_candidates` points of other regions nearest to the representative, the one with the smallest normalized
     difference of color and normal is chosen.
     """
-    tree, channels, region = borrowed(tree), borrowed(channels), borrowed(region)
     n_regions = len(size)
     parent = np.arange(n_regions)
     size, representative, rank = size.copy(), representative.copy(), rank.copy()
     uniform = uniform_regions(tree, region)
-    near_d2 = np.empty(n_nearest)
-    near = np.empty(n_nearest, np.int64)
+    near_d2 = np.empty(n_candidates)
+    near = np.empty(n_candidates, np.int64)
     # Stacks of regions by size. An entry is stale once its region was absorbed or has grown.
     head = np.full(min_size, -1)
     entry = np.empty(2 * n_regions, np.int64)

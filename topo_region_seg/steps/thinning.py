@@ -37,7 +37,7 @@ class Thinned(NamedTuple):
     edge: float
 
 
-def thin(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel_size: float) -> Thinned:
+def thin(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel_size: float, *, mix_colors: bool = True) -> Thinned:
     """Replace the points of every voxel of edge `voxel_size` (m) by their mean.
 
     Parameters
@@ -48,8 +48,28 @@ def thin(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel_size: float) 
         Colors.
     voxel_size : float
         Edge of the grid's cubes, metres, > 0. The grid is aligned with the sensor frame.
+    mix_colors : bool
+        Whether colors that differ may be averaged; else the points of a voxel of several colors stay as they are.
     """
-    return _thinned(xyz, rgb, *number_voxels(xyz, voxel_size), voxel_size)
+    voxel, first = number_voxels(xyz, voxel_size)
+    if rgb is not None and not mix_colors:
+        voxel, first = _apart_where_mixed(voxel, first, rgb)
+    return _thinned(xyz, rgb, voxel, first, voxel_size)
+
+
+def _apart_where_mixed(voxel: IntArray, first: IntArray, rgb: npt.NDArray[np.uint8]) -> tuple[IntArray, IntArray]:
+    """Return voxels (N,) and their first points (M,) in which each point of a voxel of several colors has its own."""
+    differs = (rgb != rgb[first[voxel]]).any(axis=1)
+    mixed = np.zeros(len(first), np.bool_)
+    mixed[voxel[differs]] = True
+    alone = np.flatnonzero(mixed[voxel])
+    key = voxel.copy()
+    key[alone] = len(first) + np.arange(len(alone))
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # numbered in the order of appearance
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    return rank[number], first[order]
 
 
 def thin_to(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, most: int, voxel_size: float = 0.0) -> Thinned:
@@ -90,9 +110,13 @@ def thin_to(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, most: int, voxel
     return _thinned(xyz, rgb, voxel, first, edge)
 
 
-def thin_for(params: Params, xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None) -> Thinned | None:
+def thin_for(
+    params: Params, xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, *, mix_colors: bool = True
+) -> Thinned | None:
     """Thin as `voxel_size`, `max_points` and `over_max_points` want it; None if all points are to stay."""
-    thinned = thin(xyz, rgb, params.voxel_size) if params.voxel_size > 0.0 and len(xyz) else None
+    thinned = None
+    if params.voxel_size > 0.0 and len(xyz):
+        thinned = thin(xyz, rgb, params.voxel_size, mix_colors=mix_colors)
     left = len(xyz) if thinned is None else len(thinned.xyz)
     if params.over_max_points == "thin" and left > params.max_points:
         return thin_to(xyz, rgb, params.max_points, params.voxel_size)

@@ -271,6 +271,26 @@ def test_recording_without_clouds(tmp_path):
     assert "/count (std_msgs/msg/UInt32)" in error_of(write_mcap(tmp_path / "a.mcap", [count_entry()]))
 
 
+def test_a_cut_recording_does_not_name_its_clouds_as_other_things(tmp_path):
+    clouds = cloud_entries(2)
+    path = write_mcap(tmp_path / "a.mcap", [count_entry(1), *clouds], compression=CompressionType.NONE)
+    (_, first_end), (start, _), *_ = chunks_of(path)
+    assert first_end <= start
+    path.write_bytes(path.read_bytes()[: start + 4_000])  # in the first cloud, after its channel
+    error = error_of(path)
+    assert "cut short before the first whole cloud of /camera/points" in error and "holds" not in error
+    damaged = write_mcap(tmp_path / "b.mcap", cloud_entries(1), index_types=IndexType.NONE)
+    start, end = chunks_of(damaged)[0]
+    damage(damaged, (start + end) // 2)
+    assert f"has no whole message (chunk at byte {start}" in error_of(damaged)
+
+
+def test_a_topic_on_which_nothing_was_recorded(tmp_path):
+    with BagWriter(tmp_path / "out.mcap") as writer:
+        writer.add_topic("/camera/points", CLOUD)
+    assert "nothing was recorded on /camera/points" in error_of(tmp_path / "out.mcap")
+
+
 def test_several_topics_are_listed_ready_to_paste(tmp_path):
     path = write_mcap(tmp_path / "a.mcap", [*cloud_entries(1, "/left"), *cloud_entries(1, "/right")])
     assert "--topic /left, --topic /right" in error_of(path)

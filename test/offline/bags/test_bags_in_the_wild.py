@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import struct
 import zlib
 from pathlib import Path
 from typing import Any
 
+import bag_maker
 import numpy as np
 import pytest
 import yaml
@@ -72,11 +74,12 @@ def write_compressed(path: Path, plugin: StoragePlugin, mode: CompressionMode) -
     return path
 
 
-def write_ros1(path: Path, compression: str) -> Path:
+def write_ros1(path: Path, compression: str, chunk_threshold: int = 2**20) -> Path:
     store = get_typestore(Stores.ROS1_NOETIC)
     writer = Ros1Writer(path)
     if ROS1_COMPRESSION[compression]:
         writer.set_compression(ROS1_COMPRESSION[compression])
+    writer.chunk_threshold = chunk_threshold
     with writer:
         connection = writer.add_connection("/camera/points", CLOUD, typestore=store)
         for number, (_, kind, log_time, message) in enumerate(cloud_entries(3)):
@@ -210,6 +213,70 @@ def test_every_cut_of_a_ros1_bag(compression: str, tmp_path: Path) -> None:
         assert seen == {1, 2, 3}
     cut.write_bytes(data[:-300])
     assert replay(cut, tmp_path, status=3)["truncated"]
+
+
+@pytest.mark.parametrize("cut", [0, 300])
+def test_a_ros1_bag_is_read_in_the_order_of_the_log(cut: int, tmp_path: Path) -> None:
+    """Whole, and without the index that its end holds; equal times in the order in which they were written."""
+    times = [5 * SECOND + 7, SECOND, 5 * SECOND + 3, SECOND]
+    given = [
+        (name, kind, time, message) for time, (name, kind, _, message) in zip(times, cloud_entries(4), strict=True)
+    ]
+    path = bag_maker.write_ros1(tmp_path / "a.bag", given)
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) - cut])
+    numbers, reader = read(path)
+    assert reader.truncated == bool(cut)
+    assert numbers == [2.0, 4.0, 3.0, 1.0]
+    with open_bag(path) as opened:
+        assert [record.log_time for record in opened.messages(["/camera/points"])] == sorted(times)
+        assert opened.storage().times == (SECOND, 5 * SECOND + 7)
+
+
+@pytest.mark.parametrize("damaged", [0, 1, 2])
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+def test_a_damaged_chunk_of_a_ros1_bag_costs_only_itself(
+    compression: str, damaged: int, tmp_path: Path, capsys: Any
+) -> None:
+    """The first chunk describes the connections, too, which the end of the file repeats."""
+    path = write_ros1(tmp_path / "a.bag", compression, chunk_threshold=0)
+    data = bytearray(path.read_bytes())
+    places = [found.start() for found in re.finditer(b"compression=" + compression.encode(), data)]
+    assert len(places) == 3
+    for place in range(places[damaged] + 200, places[damaged] + 400):
+        data[place] ^= 0x5A
+    path.write_bytes(data)
+    numbers, reader = read(path)
+    assert numbers == [number for number in (1.0, 2.0, 3.0) if number != damaged + 1]
+    assert not reader.truncated
+    (problem,) = [text for text in reader.problems if "chunk at byte" in text]
+    place = int(problem.partition("chunk at byte ")[2].partition(":")[0])
+    assert 0 < places[damaged] - place < 100
+    assert len(replay(path, tmp_path, status=1)["frames"]) == 2
+    assert f"chunk at byte {place}" in capsys.readouterr().err
+
+
+def test_a_ros1_bag_whose_records_do_not_fit_says_where(tmp_path: Path) -> None:
+    path = write_ros1(tmp_path / "a.bag", "none")
+    data = bytearray(path.read_bytes())
+    third = [found.start() for found in re.finditer(b"conn=", data)]
+    second_message = next(place for place in third if data[place - 20 : place + 60].count(b"time=") and place > 30_000)
+    data[second_message - 4] ^= 0xFF  # the length of a field of its header
+    path.write_bytes(data)
+    numbers, reader = read(path)
+    assert numbers == [1.0, 2.0, 3.0][: len(numbers)] and 0 < len(numbers) < 3
+    assert any("its records are damaged from byte" in problem for problem in reader.problems)
+
+
+def test_a_ros1_bag_with_a_damaged_index_is_whole(tmp_path: Path) -> None:
+    path = write_ros1(tmp_path / "a.bag", "lz4")
+    data = bytearray(path.read_bytes())
+    place = data.rindex(b"chunk_pos=")
+    data[place - 4 : place] = b"\xff\xff\xff\xff"
+    path.write_bytes(data)
+    numbers, reader = read(path)
+    assert numbers == [1.0, 2.0, 3.0]
+    assert len(reader.problems) == 1 or reader.truncated
 
 
 def test_noise_behind_the_magic_of_a_ros1_bag(tmp_path: Path) -> None:

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from bag_maker import cloud_entries, count_entry, write_folder, write_mcap, write_split_folder
+from bag_maker import cloud_entries, count_entry, first_x, write_folder, write_mcap, write_split_folder
+from recording_maker import SqliteKind, write_sqlite
 from rosbags.rosbag2 import StoragePlugin
 
 from topo_region_seg.offline.bags import BagError, open_bag
 from topo_region_seg.offline.bags.records import Record
-from topo_region_seg.offline.bags.sqlite_pages import Pages
+from topo_region_seg.offline.bags.recovery.sqlite_pages import Pages
+from topo_region_seg.offline.bags.types import typestore
 from topo_region_seg.offline.cli.main import main
 
 CLOUDS = 40
@@ -77,6 +79,24 @@ def test_every_cut_gives_the_whole_messages_before_it(whole: Path, tmp_path: Pat
         seen.append((size, len(found)))
     assert len({count for _, count in seen}) > CLOUDS // LEAF
     assert [count for _, count in sorted(seen)] == sorted(count for _, count in seen)
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_messages_come_in_the_order_of_the_log_whatever_the_order_of_their_rows(cut: bool, tmp_path: Path) -> None:
+    """Equal times in the order in which they were written."""
+    written = [5, 2, 9, 2, 7, 1, 8, 3, 9, 4] * 3
+    entries = [
+        (name, kind, written[i] * 10**9, message) for i, (name, kind, _, message) in enumerate(cloud_entries(30))
+    ]
+    path = write_folder(tmp_path / "a", entries, StoragePlugin.SQLITE3) / "a.db3"
+    if cut:
+        path.write_bytes(path.read_bytes()[: -3 * PAGE])
+    found, reader = records(path)
+    assert reader.truncated == cut
+    numbers = [int(first_x(typestore().deserialize_cdr(record.data, record.type))) - 1 for record in found]
+    assert len(numbers) == 30 if not cut else 15 < len(numbers) < 30
+    assert numbers == sorted(numbers, key=lambda number: (written[number], number))
+    assert [record.log_time for record in found] == [written[number] * 10**9 for number in numbers]
 
 
 def test_replay_of_a_cut_file_does_what_is_whole_and_says_so(whole: Path, tmp_path: Path) -> None:
@@ -143,6 +163,21 @@ def test_tables_that_are_not_those_of_a_recording(schema: str, tmp_path: Path) -
     database.close()
     with pytest.raises(BagError, match=r"a\.db3"):
         open_bag(path)
+
+
+def test_what_a_killed_recorder_left_in_its_log_is_told(tmp_path: Path) -> None:
+    path = write_sqlite(tmp_path / "a", cloud_entries(2), SqliteKind(journal="wal", folder=False))
+    assert records(path)[1].problems == []
+    killed = tmp_path / "killed"
+    with sqlite3.connect(path) as database:
+        database.execute("PRAGMA wal_autocheckpoint = 0")
+        database.execute("INSERT INTO messages (topic_id, timestamp, data) VALUES (1, 3000000000, x'00')")
+        database.commit()
+        shutil.copytree(path.parent, killed)
+    database.close()
+    found, reader = records(killed / path.name)
+    assert [record.log_time for record in found] == [10**9, 2 * 10**9]
+    assert len(reader.problems) == 1 and f"{path.name}-wal is not read" in reader.problems[0]
 
 
 def test_a_damaged_part_of_a_split_recording_costs_only_itself(whole: Path, tmp_path: Path) -> None:

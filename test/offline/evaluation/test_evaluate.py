@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -22,6 +23,7 @@ from topo_region_seg.cloud.pointcloud2 import encode
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.cli.main import main
 from topo_region_seg.offline.evaluation import MEASURES
+from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.offline.simulation.recording import CLOUD_TOPIC, TRUTH_TOPIC, camera_cloud, make_header
 
@@ -291,3 +293,14 @@ def test_parameters_without_effect_are_named_once(frames, tmp_path, capsys, recw
     said = capsys.readouterr().err
     assert said.count("(no_effect)") == 1 and "color_threshold = 3" in said
     assert [str(warning.message) for warning in recwarn if "no_effect" in str(warning.message)] == []
+
+
+@pytest.mark.parametrize("kind", ["u1", "i2", "u2", "i4", "u4"])
+@pytest.mark.parametrize("big_endian", [False, True])
+def test_labels_are_read_in_the_byte_order_of_their_message(kind, big_endian):
+    labels = np.array([0, 1, 2, 100, 3, 4], kind)
+    msg = encode(bag_types(), make_header(SECOND, "camera"), {"label": labels}, height=2, is_dense=True)
+    if big_endian:
+        swapped = labels.astype(labels.dtype.newbyteorder(">"))
+        msg = dataclasses.replace(msg, is_bigendian=True, data=np.frombuffer(swapped.tobytes(), np.uint8))
+    np.testing.assert_array_equal(labels_of(msg, max_points=10), labels)

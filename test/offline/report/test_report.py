@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import io
 import json
+import re
 from html.parser import HTMLParser
 
 import numpy as np
@@ -26,7 +28,7 @@ from topo_region_seg.offline.report.content import (
     in_region_colors,
     points_a_frame,
 )
-from topo_region_seg.offline.report.markup import data_block, table, text
+from topo_region_seg.offline.report.markup import Table, environment
 from topo_region_seg.offline.report.pictures import data_uri, outlined, small_view
 from topo_region_seg.offline.report.points import BYTES_A_POINT, packed_points
 from topo_region_seg.offline.report.sections import lead
@@ -132,6 +134,26 @@ def test_a_page_refers_to_nothing_outside(sim, hostile):
                 assert value.startswith(("#", "data:image/webp;base64,")), (tag, value)
 
 
+def test_the_policy_allows_the_scripts_and_styles_of_the_page_and_nothing_else(sim, hostile):
+    for path in (sim, hostile):
+        source = path.read_text(encoding="utf-8")
+        (content,) = (
+            attributes["content"]
+            for tag, attributes in Elements(source).found
+            if tag == "meta" and attributes.get("http-equiv") == "Content-Security-Policy"
+        )
+        rules = {name: values for name, *values in (rule.split() for rule in content.split(";"))}
+        assert rules.pop("default-src") == ["'none'"]
+        assert rules.pop("base-uri") == ["'none'"] and rules.pop("form-action") == ["'none'"]
+        assert rules.pop("img-src") == ["data:"]
+        for kind, tag in (("script-src", "script"), ("style-src", "style")):
+            there = re.findall(rf"<{tag}>(.*?)</{tag}>", source, re.DOTALL)
+            digests = (hashlib.sha256(text.encode("utf-8")).digest() for text in there)
+            assert sorted(rules.pop(kind)) == sorted(f"'sha256-{base64.b64encode(d).decode()}'" for d in digests)
+        assert not rules
+        assert "style=" not in re.sub(r"<script.*?</script>", "", source, flags=re.DOTALL), "the policy forbids it"
+
+
 def test_nothing_in_a_recording_becomes_markup(sim, hostile):
     honest, attacked = (Elements(path.read_text(encoding="utf-8")) for path in (sim, hostile))
     known = {(tag, name) for tag, attributes in honest.found for name in attributes}
@@ -145,10 +167,30 @@ def test_nothing_in_a_recording_becomes_markup(sim, hostile):
     assert "\\u202e\\u2028\\u0000" in words
 
 
+def test_the_policy_allows_the_page_itself_and_nothing_else(sim):
+    page = Elements(sim.read_text(encoding="utf-8"))
+    (policy,) = [a["content"] for tag, a in page.found if tag == "meta" and a.get("http-equiv")]
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    assert {name: rules[name] for name in ("default-src", "base-uri", "form-action")} == dict.fromkeys(
+        ("default-src", "base-uri", "form-action"), "'none'"
+    )
+    assert rules["img-src"] == "data:"
+    source = sim.read_text(encoding="utf-8")
+    for tag, rule in (("script", "script-src"), ("style", "style-src")):
+        inline = re.findall(f"<{tag}>(.*?)</{tag}>", source, re.DOTALL)
+        hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in inline]
+        assert rules[rule].split() == [f"'sha256-{value}'" for value in hashes]
+    assert set(rules) == {"default-src", "base-uri", "form-action", "img-src", "script-src", "style-src"}
+
+
+def rendered(template, **values):
+    return environment().from_string('{% import "pieces.html" as pieces %}' + template).render(**values)
+
+
 @pytest.mark.parametrize("value", [*ATTACKS, "<", "&amp;", "\ud800", "]]>", "–"])
 def test_text_is_safe_anywhere(value):
     page = Elements(
-        f'<p title="{text(value)}">{text(value)}</p>' + data_block("x", {value: value}).replace("\ud800", "?")
+        rendered('<p title="{{ x }}">{{ x }}</p>{{ pieces.data_block("x", {x: x}) }}', x=value).replace("\ud800", "?")
     )
     assert [tag for tag, _ in page.found] == ["p", "script"]
     assert set(page.found[0][1]) == {"title"}
@@ -156,7 +198,7 @@ def test_text_is_safe_anywhere(value):
 
 
 def test_tables_keep_cells_apart():
-    page = Elements(table("<c>", ["a", "b"], [["<td>", 1], ["x", None]]))
+    page = Elements(rendered("{{ pieces.table(x) }}", x=Table("<c>", ["a", "b"], [["<td>", 1], ["x", None]])))
     assert sum(tag == "td" for tag, _ in page.found) == 2
     assert "<td>" in page.words
 

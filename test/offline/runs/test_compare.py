@@ -8,7 +8,7 @@ import json
 
 import numpy as np
 import pytest
-from bag_maker import cloud_entries, write_mcap
+from bag_maker import chunks_of, cloud_entries, damage, write_mcap
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -17,7 +17,7 @@ from places import SIMULATED
 from sklearn.metrics import adjusted_rand_score
 
 from topo_region_seg.offline.cli.main import main
-from topo_region_seg.offline.runs.comparison import changed_points, compare
+from topo_region_seg.offline.runs.comparison import Comparison, FrameChange, changed_points, compare
 from topo_region_seg.offline.runs.limits import Limits, broken, summary
 from topo_region_seg.offline.runs.run import open_run
 
@@ -161,3 +161,68 @@ def test_a_slower_run_exceeds_the_limit(runs):
     found = compare(a, b)
     assert broken(found, summary(found), Limits(max_ms_ratio=5.0))
     assert not broken(found, summary(found), Limits(max_ms_ratio=1e9))
+
+
+def quality(wov):
+    return {"wov": wov}
+
+
+def hand_made(**changed):
+    """A comparison of one frame in which B has one region more and is a little worse, and one frame that only A has."""
+    frame = {
+        "stamp": 1.0,
+        "index": (0, 0),
+        "regions": (5, 6),
+        "wov": 0.9,
+        "ari": 0.8,
+        "changed": 0.1,
+        "ms": {"total": (10.0, 15.0)},
+        "quality": (quality(0.7), quality(0.6)),
+    }
+    return Comparison(frames=[FrameChange(**{**frame, **changed})], only_a=[2.0], only_b=[])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "stricter", "looser"),
+    [
+        ("max_region_change", 1, 0, 2),
+        ("min_wov", 0.9, 0.91, 0.89),
+        ("min_ari", 0.8, 0.81, 0.79),
+        ("max_changed", 0.1, 0.09, 0.11),
+        ("max_ms_ratio", 1.5, 1.49, 1.51),
+        ("max_quality_loss", 0.1, 0.09, 0.11),
+        ("max_unmatched", 1, 0, 2),
+    ],
+)
+def test_each_limit_has_its_side_and_holds_its_own_value(name, value, stricter, looser):
+    found = hand_made()
+    sums = summary(found)
+    assert sums[name.partition("_")[2]] == pytest.approx(value)
+    assert broken(found, sums, Limits(**{name: value})) == []
+    assert broken(found, sums, Limits(**{name: looser})) == []
+    (line,) = broken(found, sums, Limits(**{name: stricter}))
+    assert line.startswith(f"--{name.replace('_', '-')} {stricter:g}: it is ")
+
+
+def test_a_gain_in_quality_is_a_negative_loss():
+    found = hand_made(quality=(quality(0.6), quality(0.7)))
+    assert summary(found)["quality_loss"] == pytest.approx(-0.1)
+    assert broken(found, summary(found), Limits(max_quality_loss=0.0)) == []
+    assert broken(found, summary(found), Limits(max_quality_loss=-0.2)) == ["--max-quality-loss -0.2: it is -0.1"]
+
+
+def test_fewer_regions_are_a_change_as_more_are():
+    found = hand_made(regions=(6, 3))
+    assert broken(found, summary(found), Limits(max_region_change=2)) == ["--max-region-change 2: it is 3"]
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_damaged_run_is_compared_as_far_as_it_goes_and_fails(place, tmp_path, capsys):
+    bag = write_mcap(tmp_path / "in.mcap", cloud_entries(3))
+    pair = [replay(bag, tmp_path / "a.mcap"), replay(bag, tmp_path / "b.mcap")]
+    start, end = chunks_of(pair[place])[0]
+    damage(pair[place], (start + end) // 2)
+    assert command(*pair) == 1
+    said = capsys.readouterr()
+    assert f"damaged: {pair[place]}" in said.err
+    assert "frames in both" in said.out

@@ -24,6 +24,8 @@ WIDEST = 60.0
 """Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
 NEAREST = 0.05
 """Least distance of a camera's point, metres."""
+STRAY = 0.02
+"""Share of the points that may be nearer, or farther off the middle of the view, than a camera's points are."""
 SAMPLE = 2_000
 """About how many points tell where the camera looks and, where there is no image grid, the spacing and the noise."""
 PAIRS = 20_000
@@ -119,10 +121,14 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
     distance = np.maximum(np.linalg.norm(sample, axis=1), 1e-12)
     axes = _axes(sample / distance[:, None])
     depth = seen_from(sample, axes)[:, 2]
-    if np.min(distance) < NEAREST or np.min(depth / distance) < math.cos(math.radians(WIDEST)):
+    strays = (distance < NEAREST) | (depth < distance * math.cos(math.radians(WIDEST)))
+    if np.mean(strays) > STRAY:
         spacing = float(np.median(cKDTree(xyz).query(sample, k=2)[0][:, 1]))
         return LocalUnits(np.eye(3), math.inf, max(1.0, spacing / REFERENCE_SPACING))
-    angle, noise = _in_grid(xyz, rows, width, axes) if height > 1 else _in_tree(xyz, sample, axes)
+    seen = growths(xyz, axes[2], 1.0, -math.inf) >= NEAREST
+    if not seen.all():
+        xyz, rows = xyz[seen], rows[seen]
+    angle, noise = _in_grid(xyz, rows, width, axes) if height > 1 else _in_tree(xyz, sample[~strays], axes)
     return LocalUnits(axes, REFERENCE_SPACING / angle if angle > 0.0 else math.inf, 1.0, noise, float(np.median(depth)))
 
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -39,7 +39,6 @@ def stability(
     first : float
         Least scale that counts, metres, above 0.
     """
-    parent, order, death, weight = borrowed(parent), borrowed(order), borrowed(death), borrowed(weight)
     n = len(parent)
     last, points = first, 0
     for point in range(n):

@@ -11,14 +11,13 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 
 @kernel
 def seen_from(xyz: FloatArray, axes: FloatArray) -> FloatArray:
     """Return positions (N, 3) in the frame whose axes are the rows of `axes` (3, 3)."""
-    xyz, axes = borrowed(xyz), borrowed(axes)
     seen = np.empty((len(xyz), 3))
     for i in range(len(xyz)):
         for a in range(3):
@@ -29,7 +28,6 @@ def seen_from(xyz: FloatArray, axes: FloatArray) -> FloatArray:
 @kernel
 def growths(xyz: FloatArray, axis: FloatArray, depth: float, least: float) -> FloatArray:
     """Return the depth of points (N, 3) along `axis` (3,) as a multiple of `depth`, (N,); at least `least`."""
-    xyz, axis = borrowed(xyz), borrowed(axis)
     growth = np.empty(len(xyz))
     for i in range(len(xyz)):
         z = axis[0] * xyz[i, 0] + axis[1] * xyz[i, 1] + axis[2] * xyz[i, 2]
@@ -62,7 +60,6 @@ def grid_figures(
     A bend is how far the inverse depths of three points, each `apart` pixels from the next in a row of the image, are
     from equal steps, as on a plane they are. Of the points (N, 3), at pixels `rows` (N,), every `step`-th is looked at.
     """
-    xyz, rows, axes = borrowed(xyz), borrowed(rows), borrowed(axes)
     n = len(xyz)
     angles, bends = np.empty(n // step + 1), np.empty(n // step + 1)
     n_angles, n_bends = 0, 0

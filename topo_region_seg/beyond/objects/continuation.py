@@ -6,9 +6,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, kernel
+from topo_region_seg.compiled.boxes import box_of_point
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import Tree
-from topo_region_seg.compiled.nearest import comes_before, point_gap
+from topo_region_seg.compiled.nearest import comes_before
+from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -33,23 +35,18 @@ def regions_along(
     (N, 3) counts `across` times more. `region` (N,) is that of each point and `uniform` (K,) that of all points of a
     node, or -1; points in region `nobody` are no candidates. Where there are none, `found` keeps what it has.
     """
-    tree, xyz, normals = borrowed(tree), borrowed(xyz), borrowed(normals)
-    region, uniform = borrowed(region), borrowed(uniform)
-    stack = np.empty(128, np.int64)
+    stack = np.empty(LEVELS, np.int64)
     for point in points[first:end]:
         best, choice = np.inf, -1
+        box = box_of_point(xyz, point)
         stack[0], top = 0, 1
-        while top:
-            top -= 1
-            node = stack[top]
-            if uniform[node] == nobody or point_gap(tree, node, xyz, point) > min(best, reach * reach):
+        while True:
+            leaf, top = next_leaf(tree, box, 0, min(best, reach * reach), True, stack, top)
+            if leaf < 0:
+                break
+            if uniform[leaf] == nobody:
                 continue
-            right = tree.right[node]
-            if right:
-                stack[top], stack[top + 1] = right, node + 1
-                top += 2
-                continue
-            for row in range(tree.start[node], tree.stop[node]):
+            for row in range(tree.start[leaf], tree.stop[leaf]):
                 other = tree.order[row]
                 d2, rise = 0.0, 0.0
                 for c in range(3):

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from topo_region_seg.beyond.objects.turns import CHANNELS
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
-from topo_region_seg.compiled.kd_tree import DEEP, LEAF, Tree, node_gap
+from topo_region_seg.compiled.dialect import index, inlined, kernel
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.walks import PAIR_LEVELS, next_pair
 from topo_region_seg.data import FloatArray, IntArray
 
 FREE = -1
@@ -41,38 +41,19 @@ def find_borders(
     """Judge all pairs of points of different regions up to `reach` (m) apart, one below each of two nodes.
 
     A pair is convex where the normals open to the outside: ``(n_i - n_j) · (x_i - x_j) > -tolerance |x_i - x_j|``.
-    `tree` is over positions, `blocks` are its points as `oriented_blocks` returns them; `region` (N,) of each point
+    `tree` is over positions, `blocks` (L, 6, LEAF) hold those and the normals; `region` (N,) of each point
     counts from 0, in the order of the tree; below 0 for points that judge nothing, as must be those without a normal.
-    `uniform` (K,) is the region that all points of a node are in, or -1.
+    `uniform` (K,) is what `uniform_regions` returns.
     """
-    tree, blocks, region, uniform = borrowed(tree), borrowed(blocks), borrowed(region), borrowed(uniform)
     slot, key, figures, count = np.full(1024, FREE), np.empty(256, np.int64), np.empty((256, 3)), 0
     reach2 = reach * reach
-    stack = np.empty((DEEP, 2), np.int64)
+    stack = np.empty((PAIR_LEVELS, 2), np.int64)
     stack[0, 0], stack[0, 1] = node, other_node
     top = 1 if len(tree.start) else 0
-    while top:
-        top -= 1
-        p, q = stack[top, 0], stack[top, 1]
-        if (uniform[p] == uniform[q] and uniform[p] >= 0) or (p != q and node_gap(tree.boxes, p, q) > reach2):
-            continue
-        right_p, right_q = tree.right[p], tree.right[q]
-        if p == q and right_p:
-            stack[top, 0], stack[top, 1] = p + 1, p + 1
-            stack[top + 1, 0], stack[top + 1, 1] = right_p, right_p
-            stack[top + 2, 0], stack[top + 2, 1] = p + 1, right_p
-            top += 3
-            continue
-        if right_p or right_q:
-            # The larger one is opened.
-            if not right_q or (right_p and tree.stop[p] - tree.start[p] >= tree.stop[q] - tree.start[q]):
-                stack[top, 0], stack[top, 1] = p + 1, q
-                stack[top + 1, 0], stack[top + 1, 1] = right_p, q
-            else:
-                stack[top, 0], stack[top, 1] = p, q + 1
-                stack[top + 1, 0], stack[top + 1, 1] = p, right_q
-            top += 2
-            continue
+    while True:
+        p, q, top = next_pair(tree, uniform, reach2, stack, top)
+        if p < 0:
+            break
         if count + LEAF * LEAF > len(key):
             key, figures = longer(key, figures)
             slot = np.full(4 * len(key), FREE)
@@ -93,19 +74,17 @@ def judge_leaves(  # type: ignore[no-untyped-def]
     A border's `key` (M,) holds its regions; `slot` is the table of the keys. Here, and not in the loop over the
     leaves, as the three are not borrowed there.
     """
-    tree, blocks, region = borrowed(tree), borrowed(blocks), borrowed(region)
-    slot, key, figures = borrowed(slot), borrowed(key), borrowed(figures)
     last, border = np.int64(FREE), index(0)
-    first, begin = np.int64(tree.start[p]) * CHANNELS, np.int64(tree.start[q]) * CHANNELS
-    for i in range(tree.stop[p] - tree.start[p]):
-        own, at = region[index(tree.start[p] + i)], index(first + i)
+    leaf, leaf_q = index(tree.start[p] // LEAF), index(tree.start[q] // LEAF)
+    for a in range(tree.stop[p] - tree.start[p]):
+        own, i = region[index(tree.start[p] + a)], index(a)
         if own < 0:
             continue
-        for j in range(i + 1 if p == q else 0, tree.stop[q] - tree.start[q]):
-            theirs, other = region[index(tree.start[q] + j)], index(begin + j)
-            dx = blocks[at] - blocks[other]
-            dy = blocks[at + index(LEAF)] - blocks[other + index(LEAF)]
-            dz = blocks[at + index(2 * LEAF)] - blocks[other + index(2 * LEAF)]
+        for b in range(a + 1 if p == q else 0, tree.stop[q] - tree.start[q]):
+            theirs, j = region[index(tree.start[q] + b)], index(b)
+            dx = blocks[leaf, 0, i] - blocks[leaf_q, 0, j]
+            dy = blocks[leaf, 1, i] - blocks[leaf_q, 1, j]
+            dz = blocks[leaf, 2, i] - blocks[leaf_q, 2, j]
             apart2 = dx * dx + dy * dy + dz * dz
             if (apart2 > reach2) | (theirs == own) | (theirs < 0):
                 continue
@@ -122,9 +101,9 @@ def judge_leaves(  # type: ignore[no-untyped-def]
             distance = math.sqrt(apart2)
             figures[border, 2] = min(figures[border, 2], distance)
             opening = (
-                (blocks[at + index(3 * LEAF)] - blocks[other + index(3 * LEAF)]) * dx
-                + (blocks[at + index(4 * LEAF)] - blocks[other + index(4 * LEAF)]) * dy
-                + (blocks[at + index(5 * LEAF)] - blocks[other + index(5 * LEAF)]) * dz
+                (blocks[leaf, 3, i] - blocks[leaf_q, 3, j]) * dx
+                + (blocks[leaf, 4, i] - blocks[leaf_q, 4, j]) * dy
+                + (blocks[leaf, 5, i] - blocks[leaf_q, 5, j]) * dz
             )
             figures[border, 0] += 1.0
             figures[border, 1] += 1.0 if opening > -tolerance * distance else 0.0

@@ -12,8 +12,9 @@ import math
 
 import numpy as np
 
-from topo_region_seg.beyond.objects.turns import mean_turns, oriented_blocks
+from topo_region_seg.beyond.objects.curvature import mean_curvatures
 from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray
 from topo_region_seg.params import Params
@@ -36,8 +37,8 @@ def find_grooves(xyz: FloatArray, normals: FloatArray, tree: Tree, params: Param
     (N,) bool
         Where the normals turn to the inside by more than the angle over the radius, on the mean of all directions.
     """
-    turn = np.empty(len(xyz))
-    blocks, radius = oriented_blocks(tree, xyz, normals), params.object_border_radius
+    curvature = np.empty(len(xyz))
+    blocks, radius = leaf_blocks(tree, xyz, normals), params.object_border_radius
     parts = in_parts(len(tree.start))
-    side_by_side(mean_turns, [(tree, blocks, radius, first, end, turn) for first, end in parts])
-    return turn < -math.radians(params.object_groove_angle)
+    side_by_side(mean_curvatures, [(tree, blocks, radius, first, end, curvature) for first, end in parts])
+    return curvature < -math.radians(params.object_groove_angle)

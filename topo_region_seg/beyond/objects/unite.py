@@ -16,8 +16,8 @@ from scipy.sparse.csgraph import connected_components
 
 from topo_region_seg.beyond.objects.continuation import regions_along
 from topo_region_seg.beyond.objects.convexity import Borders, find_borders
-from topo_region_seg.beyond.objects.turns import oriented_blocks
 from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.partition import count_off, uniform_regions
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
@@ -62,7 +62,7 @@ def unite_objects(
         Object of each point, counted from 0 in no particular order; -1 where too few points are left alone.
     """
     region, size = count_off(root, weight)
-    borders = _borders(tree, oriented_blocks(tree, xyz, normals), np.where(loose, NONE, region), params)
+    borders = _borders(tree, leaf_blocks(tree, xyz, normals), np.where(loose, NONE, region), params)
     body = size >= params.min_region_size
     group = _unite_convex(borders, body, params.object_convexity)
     group = _take_in_fragments(borders, group, size, body, params)

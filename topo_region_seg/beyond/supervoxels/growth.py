@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patches that grow along the edges of the graph, the point most like the mean of a patch first."""
+"""Patches that grow along the edges of the graph, as Dijkstra's shortest paths do, the least cost first."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.beyond.supervoxels.offers import bucket_of, drop_offer, least_bucket, new_offers, put_offer
+from topo_region_seg.beyond.supervoxels.point_queue import bucket_of, least_bucket, new_queue, put_point, take_point
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel, summing
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray
 
@@ -29,32 +29,32 @@ class Patches(NamedTuple):
     patch: IndexArray  # (N,), FREE where a point is in none
     sums: FloatArray  # (N, LANES) of the traits of a patch's points
     mean: npt.NDArray[np.float32]  # (N, LANES) of a patch's traits
-    cost: npt.NDArray[np.float32]  # (N,) of the best offer to a free point; inf = none
-    bidder: IndexArray  # (N,) patch that made it
-    before: IndexArray  # (N,) links of the queue of offers
+    cost: npt.NDArray[np.float32]  # (N,) of a free point, in the best patch that has reached it; inf = none
+    best_patch: IndexArray  # (N,) that patch
+    before: IndexArray  # (N,) links of the queue of points
     after: IndexArray
 
 
 @kernel
 def grow_patches(
-    patches: Patches, points: IndexArray, seeds: IndexArray, alike: bool, anew: bool, bound: float, unit: float
+    patches: Patches, points: IndexArray, seeds: IndexArray, alike: bool, reseed: bool, bound: float, unit: float
 ) -> None:
     """Give free points to the patches that are most like them when they reach them, in place.
 
-    The cost of a point is its squared difference in traits from the patch's mean when it is offered; to within a
-    sixteenth the least cost comes first.
+    The cost of a point is its squared difference in traits from the mean of a patch when that reaches it. The least
+    cost comes first, to within a sixteenth.
 
     Parameters
     ----------
     patches : Patches
-        The points; the free ones without an offer. All patches there are go on growing.
+        The points; no patch has reached the free ones. All patches there are go on growing.
     points : (M,) int32
         The free points, or all.
     seeds : (S,) int32
         Free points that new patches begin with.
     alike : bool
         Whether only edges count along which the criterion holds.
-    anew : bool
+    reseed : bool
         Whether each point in turn that no patch reaches begins one more.
     bound : float
         Largest distance of a point from the seed of its patch, metres.
@@ -62,45 +62,45 @@ def grow_patches(
         Length of the traits of a normal.
     """
     patches, points, seeds = borrowed(patches), borrowed(points), borrowed(seeds)
-    offers = new_offers(patches.before, patches.after)
+    queue = new_queue(patches.before, patches.after)
     bound2 = bound * bound
     n, most = patches.near.shape
     for s in seeds:
-        sow(patches, offers, s)
+        start_patch(patches, queue, s)
     for q in points:
         for k in range(most):
             p = patches.near[q, k]
             if p < n and patches.patch[q] == FREE and patches.patch[p] != FREE and (patches.alike[q, k] or not alike):
-                bid(patches, offers, np.int64(q), np.int64(patches.patch[p]), bound2)
+                relax(patches, queue, np.int64(q), np.int64(patches.patch[p]), bound2)
     for place in range(len(points) + 1):
         while True:
-            bucket = least_bucket(offers)
+            bucket = least_bucket(queue)
             if bucket < 0:
                 break
-            p = np.int64(offers.head[index(bucket)])
-            drop_offer(offers, p, bucket)
-            owner = np.int64(patches.bidder[index(p)])
+            p = np.int64(queue.head[index(bucket)])
+            take_point(queue, p, bucket)
+            owner = np.int64(patches.best_patch[index(p)])
             patches.patch[index(p)] = owner
             add_point(patches, p, owner, unit)
             for k in range(most):
                 q = np.int64(patches.near[index(p), index(k)])
                 if q < n and patches.patch[index(q)] == FREE and (patches.alike[index(p), index(k)] or not alike):
-                    bid(patches, offers, q, owner, bound2)
-        if anew and place < len(points) and patches.patch[points[place]] == FREE:
-            sow(patches, offers, points[place])
+                    relax(patches, queue, q, owner, bound2)
+        if reseed and place < len(points) and patches.patch[points[place]] == FREE:
+            start_patch(patches, queue, points[place])
 
 
 @kernel
-def sow(patches, offers, seed):  # type: ignore[no-untyped-def]
-    """Begin a patch: a point offers itself to itself at no cost."""
+def start_patch(patches, queue, seed):  # type: ignore[no-untyped-def]
+    """Start a patch: its seed joins it at no cost."""
     patches.sums[seed] = 0.0
-    patches.cost[seed], patches.bidder[seed] = 0.0, seed
-    put_offer(offers, np.int64(seed), bucket_of(0.0))
+    patches.cost[seed], patches.best_patch[seed] = 0.0, seed
+    put_point(queue, np.int64(seed), bucket_of(0.0))
 
 
 @inlined
-def bid(patches, offers, point, owner, bound2):  # type: ignore[no-untyped-def]
-    """Offer a free point to a patch; of two equal offers that of the smaller number is the better."""
+def relax(patches, queue, point, owner, bound2):  # type: ignore[no-untyped-def]
+    """Let a patch reach a free point; of two at the same cost, the patch of the smaller number is the better."""
     p, o = index(point), index(owner)
     dx = patches.xyz[p, 0] - patches.xyz[o, 0]
     dy = patches.xyz[p, 1] - patches.xyz[o, 1]
@@ -109,15 +109,15 @@ def bid(patches, offers, point, owner, bound2):  # type: ignore[no-untyped-def]
         cost = difference(patches.traits, patches.mean, p, o)
         old = patches.cost[p]
         if cost < old:
-            patches.cost[p], patches.bidder[p] = cost, owner
+            patches.cost[p], patches.best_patch[p] = cost, owner
             bucket = bucket_of(cost)
             if old == np.inf:
-                put_offer(offers, point, bucket)
+                put_point(queue, point, bucket)
             elif bucket_of(old) != bucket:
-                drop_offer(offers, point, bucket_of(old))
-                put_offer(offers, point, bucket)
-        elif cost == old and owner < patches.bidder[p]:
-            patches.bidder[p] = owner
+                take_point(queue, point, bucket_of(old))
+                put_point(queue, point, bucket)
+        elif cost == old and owner < patches.best_patch[p]:
+            patches.best_patch[p] = owner
 
 
 @summing

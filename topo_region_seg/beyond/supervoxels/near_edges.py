@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, box_gap
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.predicate import Criterion, edge_length
+from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray
 
 
@@ -30,8 +31,8 @@ def near_edges(
     ----------
     tree : Tree
         Over the positions.
-    blocks : (L * 3 * LEAF,) float64
-        Positions leaf after leaf, as `leaf_blocks` returns them.
+    blocks : (L, 3, LEAF) float64
+        Positions, as `leaf_blocks` returns them.
     rank : (N,) int32
         Row in the arrays that follow of each point of the tree; of points equally far the first is the nearest.
     channels : (N, 9) float64
@@ -50,7 +51,7 @@ def near_edges(
     n, most = near.shape
     d2, ranks = np.empty(LEAF), np.empty(LEAF, np.int64)
     found_d2, found = np.empty((LEAF, most)), np.empty((LEAF, most), np.int64)
-    stack = np.empty(128, np.int64)
+    stack = np.empty(LEVELS, np.int64)
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
@@ -58,25 +59,16 @@ def near_edges(
         # Full of what comes after all that is within reach.
         found_d2[:], found[:] = limits.reach, n
         farthest = limits.reach
-        stack[0] = 0
-        top = 1
-        while top:
-            top -= 1
-            b = stack[index(top)]
-            if box_gap(tree.boxes, 3, a, b, 0) > farthest:
-                continue
-            right = np.int64(tree.right[index(b)])
-            if right:
-                left_first = box_gap(tree.boxes, 3, a, b + 1, 0) <= box_gap(tree.boxes, 3, a, right, 0)
-                stack[index(top)] = right if left_first else b + 1
-                stack[index(top + 1)] = b + 1 if left_first else right
-                top += 2
-                continue
+        stack[0], top = 0, 1
+        while True:
+            b, top = next_leaf(tree, tree.boxes, a, farthest, True, stack, top)
+            if b < 0:
+                break
             start, others = np.int64(tree.start[index(b)]), np.int64(tree.stop[index(b)] - tree.start[index(b)])
             for j in range(others):
                 ranks[index(j)] = rank[index(tree.order[index(start + j)])]
             for i in range(size):
-                distances(blocks, 3 * own + i, 3 * start, d2)
+                distances(blocks, own // LEAF, i, start // LEAF, d2)
                 for j in range(others):
                     if d2[index(j)] <= found_d2[index(i), index(most - 1)] and not (a == b and i == j):
                         insert(found_d2, found, i, d2[index(j)], ranks[index(j)])
@@ -92,13 +84,12 @@ def near_edges(
 
 
 @inlined
-def distances(blocks, point, leaf, d2):  # type: ignore[no-untyped-def]
-    """Fill `d2` (LEAF,) with the squared distances of a point from those of a leaf, each given by its place."""
-    x, y, z = blocks[index(point)], blocks[index(point + LEAF)], blocks[index(point + 2 * LEAF)]
+def distances(blocks, own, i, leaf, d2):  # type: ignore[no-untyped-def]
+    """Fill `d2` (LEAF,) with the squared distances of point `i` of one leaf from those of another."""
+    p, q = index(own), index(leaf)
+    x, y, z = blocks[p, 0, index(i)], blocks[p, 1, index(i)], blocks[p, 2, index(i)]
     for j in range(LEAF):
-        dx = blocks[index(leaf + j)] - x
-        dy = blocks[index(leaf + LEAF + j)] - y
-        dz = blocks[index(leaf + 2 * LEAF + j)] - z
+        dx, dy, dz = blocks[q, 0, index(j)] - x, blocks[q, 1, index(j)] - y, blocks[q, 2, index(j)] - z
         d2[index(j)] = dx * dx + dy * dy + dz * dz
 
 

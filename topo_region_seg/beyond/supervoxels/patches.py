@@ -24,7 +24,7 @@ from topo_region_seg.compiled.voxels import number_voxels, voxel_means
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray, IntArray
 from topo_region_seg.params import Params
 
-NEAREST = 12  # neighbors along which a patch grows
+NEIGHBORS = 12  # neighbors along which a patch grows
 TURN = 30.0  # degrees that count as much as one seed spacing, or a difference of color at the threshold
 UNIT = 0.5 / math.sin(math.radians(TURN) / 2.0)  # length of normals whose ends are 1 apart at that angle
 SMALLEST = 1.0 / 16.0
@@ -33,7 +33,13 @@ NONE = -1
 
 
 def supervoxels(
-    channels: FloatArray, tree: Tree, root: IntArray, weight: IntArray, limits: Criterion, params: Params
+    xyz: FloatArray,
+    channels: FloatArray,
+    tree: Tree,
+    root: IntArray,
+    weight: IntArray,
+    limits: Criterion,
+    params: Params,
 ) -> IntArray:
     """Divide the components at a scale into patches.
 
@@ -44,10 +50,12 @@ def supervoxels(
 
     Parameters
     ----------
+    xyz : (N, 3) float64
+        Positions, metres, in which patches are bounded.
     channels : (N, 9) float64
-        Positions (m), colors and normals, as `homogeneity_channels` returns them.
+        Positions, colors and normals as the criterion compares them, as `homogeneity_channels` returns them.
     tree : Tree
-        Tree over the positions.
+        Tree over the positions in `channels`.
     root : (N,) int64
         Smallest point id of each point's component at the scale.
     weight : (N,) int64
@@ -65,9 +73,9 @@ def supervoxels(
     if len(channels) == 0:
         return np.empty(0, np.int64)
     order = _own_order(channels)
-    xyz, counts = np.ascontiguousarray(channels[order, :3]), weight[order]
-    seeds, fewest = _seeds(xyz, root[order], counts, params)
-    patches = _ungrown(channels, tree, order, limits, params)
+    positions, counts = np.ascontiguousarray(xyz[order]), weight[order]
+    seeds, fewest = _seeds(positions, root[order], counts, params)
+    patches = _ungrown(positions, channels, tree, order, limits, params)
     bound, everything, no_seeds = params.seed_spacing, np.arange(len(order), dtype=np.int32), np.empty(0, np.int32)
     grow_patches(patches, everything, seeds, True, True, bound, UNIT)
     size = np.bincount(patches.patch, counts, len(order))
@@ -123,17 +131,18 @@ def _seeds(xyz: FloatArray, root: IntArray, weight: IntArray, params: Params) ->
     return np.sort(seeds[enough]).astype(np.int32), fewest
 
 
-def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, limits: Criterion, params: Params) -> Patches:
-    """Return the points (N, 9), in another order, with their edges and without patches."""
+def _ungrown(
+    xyz: FloatArray, channels: FloatArray, tree: Tree, order: IntArray, limits: Criterion, params: Params
+) -> Patches:
+    """Return the points (N, 9) in another order, in which `xyz` (N, 3) is, with their edges and without patches."""
     n = len(order)
     blocks = leaf_blocks(tree, channels[:, :3])
     rank = np.empty(n, np.int32)
     rank[order] = np.arange(n, dtype=np.int32)
     channels = channels[order]
-    near, alike = np.empty((n, NEAREST), np.int32), np.empty((n, NEAREST), np.bool_)
+    near, alike = np.empty((n, NEIGHBORS), np.int32), np.empty((n, NEIGHBORS), np.bool_)
     tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
     side_by_side(near_edges, tasks)
-    xyz = np.ascontiguousarray(channels[:, :3])
     traits = np.zeros((n, LANES), np.float32)
     traits[:, 0:3] = (xyz - xyz.mean(axis=0)) / params.seed_spacing
     traits[:, 4:7] = channels[:, 3:6] / max(params.color_threshold, 1e-6)
@@ -147,7 +156,7 @@ def _ungrown(channels: FloatArray, tree: Tree, order: IntArray, limits: Criterio
         sums=np.zeros((n, LANES)),
         mean=np.zeros((n, LANES), np.float32),
         cost=np.full(n, np.inf, np.float32),
-        bidder=np.empty(n, np.int32),
+        best_patch=np.empty(n, np.int32),
         before=np.empty(n, np.int32),
         after=np.empty(n, np.int32),
     )

@@ -33,10 +33,7 @@ def cloud_topic(reader: BagReader, wanted: str | None = None) -> Topic:
     if wanted is not None:
         return _wanted(reader, clouds, wanted)
     if not clouds:
-        if reader.truncated and not reader.topics:
-            raise BagError(f"{reader.path}: is cut short before its first whole message; record it again")
-        other = ", ".join(f"{topic.name} ({topic.type})" for topic in reader.topics[:8]) or "nothing"
-        raise BagError(f"{reader.path}: has no clouds ({POINT_CLOUD}); it holds {other}")
+        raise BagError(f"{reader.path}: {why_no_clouds(reader)}")
     if len(clouds) > 1:
         fields = {topic.name: _fields(reader, topic) for topic in clouds}
         for keep in (_has_coordinates, _is_unlabeled, _has_color):
@@ -44,6 +41,23 @@ def cloud_topic(reader: BagReader, wanted: str | None = None) -> Topic:
     if len(clouds) > 1:
         raise BagError(f"{reader.path}: has several topics of clouds; choose one: {_options(clouds)}")
     return clouds[0]
+
+
+def why_no_clouds(reader: BagReader) -> str:
+    """Say why a recording has no clouds, in words that follow its name."""
+    if reader.truncated and not reader.topics:
+        return "is cut short before its first whole message; record it again"
+    problem = reader.problems[0].removeprefix(f"{reader.path}: ") if reader.problems else ""
+    if problem and not reader.topics:
+        return f"has no whole message ({problem}); record it again"
+    if silent := ", ".join(topic.name for topic in reader.topics if topic.type == POINT_CLOUD):
+        if reader.truncated:
+            return f"is cut short before the first whole cloud of {silent}; record it again"
+        if problem:
+            return f"has no whole cloud of {silent} ({problem}); record it again"
+        return f"has no clouds: nothing was recorded on {silent}; check that the camera publishes, and record it again"
+    other = ", ".join(f"{topic.name} ({topic.type})" for topic in reader.topics[:8]) or "nothing"
+    return f"has no clouds ({POINT_CLOUD}); it holds {other}"
 
 
 def cdr(record: Record) -> bytes:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from topo_region_seg.offline.bags.folder import open_folder
 from topo_region_seg.offline.bags.mcap_file import McapFile
-from topo_region_seg.offline.bags.mcap_summary import MAGIC
 from topo_region_seg.offline.bags.records import BagError, BagReader
+from topo_region_seg.offline.bags.recovery.mcap_chunks import MAGIC
 from topo_region_seg.offline.bags.rosbags_file import open_ros1, open_sqlite
 
 ROS1_MAGIC = b"#ROSBAG V"

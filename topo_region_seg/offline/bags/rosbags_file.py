@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -14,18 +15,39 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
-from topo_region_seg.offline.bags.ros1_scan import Ros1Scan
-from topo_region_seg.offline.bags.sqlite_pages import is_cut
-from topo_region_seg.offline.bags.sqlite_scan import SqliteScan
+from topo_region_seg.offline.bags.recovery.ros1_scan import Ros1Scan
+from topo_region_seg.offline.bags.recovery.sqlite_pages import is_cut
+from topo_region_seg.offline.bags.recovery.sqlite_scan import SqliteScan
 
 
 class RosbagsFile(BagReader):
-    """A recording behind one of rosbags' readers."""
+    """A recording behind one of rosbags' readers; where that fails on the way, `recover` opens what is left.
 
-    def __init__(self, path: Path, reader: Callable[[Path], Any], mend: str, name: Path | None = None) -> None:
+    Parameters
+    ----------
+    path : Path
+        The file.
+    reader : callable
+        Makes rosbags' reader of a path.
+    mend : str
+        What to try if the file cannot be opened.
+    recover : callable
+        Opens the file record by record.
+    name : Path, optional
+        What messages call it, if that is another.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        reader: Callable[[Path], Any],
+        mend: str,
+        recover: Callable[[], BagReader],
+        name: Path | None = None,
+    ) -> None:
         self.path = name or path
         self.problems = []
-        self._mend = mend
+        self._recover = recover
         try:
             self._reader = reader(path)
             self._reader.open()
@@ -50,15 +72,36 @@ class RosbagsFile(BagReader):
         if not connections:
             return
         messages = self._reader.messages(connections)
+        last, latest = -1, Counter[str]()
         while True:
             try:
                 connection, log_time, data = next(messages)
             except StopIteration:
                 return
-            except Exception as error:  # the rest of the file cannot be trusted
-                self.problems.append(f"{self.path}: {_one_line(error)}; the rest of the recording is left out")
+            except Exception as error:  # any byte may be wrong, so anything may be raised
+                yield from self._rest(topics, last, latest, error)
                 return
+            if log_time != last:
+                last, latest = log_time, Counter()
+            latest[connection.topic] += 1
             yield Record(connection.topic, connection.msgtype, log_time, bytes(data), "ros1" if self._ros1 else "cdr")
+
+    def _rest(self, topics: Collection[str], last: int, latest: Counter[str], error: Exception) -> Iterator[Record]:
+        """Yield what recovery finds beyond the messages of log time `last`, of which `latest` were read by topic."""
+        self.problems.append(f"{self.path}: is damaged ({_one_line(error)}); only whole messages of the rest are used")
+        try:
+            recovered = self._recover()
+        except BagError:
+            return
+        with recovered:
+            for record in recovered.messages(topics):
+                if record.log_time < last:
+                    continue
+                if record.log_time == last and latest[record.topic] > 0:
+                    latest[record.topic] -= 1
+                    continue
+                yield record
+            self.problems += recovered.problems
 
     def storage(self) -> Storage:
         """Return how the recording is stored."""
@@ -74,7 +117,9 @@ class RosbagsFile(BagReader):
 def open_ros1(path: Path) -> BagReader:
     """Open a ROS 1 bag; one without an index, as a killed recorder leaves it, is read record by record."""
     try:
-        return RosbagsFile(path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may mend it")
+        return RosbagsFile(
+            path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may mend it", lambda: Ros1Scan(path)
+        )
     except BagError:
         return Ros1Scan(path)
 
@@ -87,10 +132,19 @@ def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
         raise BagError(
             f"{name or path}: cannot be opened ({error.strerror}); check the name and the permissions"
         ) from None
+    reader: BagReader | None = None
     if not cut:
         with suppress(BagError):
-            return RosbagsFile(path, Ros2Reader, "'ros2 bag reindex' on the folder may mend it", name)
-    return SqliteScan(path, name)
+            mend = "'ros2 bag reindex' on the folder may mend it"
+            reader = RosbagsFile(path, Ros2Reader, mend, lambda: SqliteScan(path, name), name)
+    reader = reader or SqliteScan(path, name)
+    log = path.with_name(f"{path.name}-wal")
+    if log.is_file() and log.stat().st_size:
+        reader.problems.append(
+            f"{reader.path}: what a killed recorder left in {log.name} is not read; to bring it in, run on a copy of "
+            f"both: sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)'"
+        )
+    return reader
 
 
 def _one_line(error: Exception) -> str:

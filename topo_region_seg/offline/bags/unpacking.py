@@ -8,7 +8,7 @@ from pathlib import Path
 
 import zstandard
 
-from topo_region_seg.offline.bags.chunks import MAX_CHUNK_BYTES
+from topo_region_seg.offline.bags.recovery.mcap_chunks import MAX_CHUNK_BYTES
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _PIECE = 2**20

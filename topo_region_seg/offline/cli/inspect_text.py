@@ -18,6 +18,7 @@ from rich import box
 from rich.table import Table
 
 from topo_region_seg.offline.bags import BagReader
+from topo_region_seg.offline.bags.clouds import why_no_clouds
 from topo_region_seg.offline.inspection.suggest import Advice
 from topo_region_seg.offline.inspection.summary import PointSummary, summarize
 from topo_region_seg.offline.inspection.topic import NANOSECONDS, Layout, TopicReport
@@ -45,7 +46,7 @@ def whole(path: Path, reader: BagReader, reports: Sequence[TopicReport]) -> Iter
         yield _spread_line(report.advice)
         yield _suggestion_table(report.advice)
     if not reports:
-        yield "no clouds"
+        yield f"no clouds: the recording {why_no_clouds(reader)}"
 
 
 def json_text(path: Path, reader: BagReader, reports: Sequence[TopicReport], problems: Sequence[str]) -> str:
@@ -117,6 +118,8 @@ def _cloud_lines(report: TopicReport) -> Iterator[str]:
         yield f"  and {len(report.layouts) - len(shown)} other layouts"
     for reason, count in sorted(report.unreadable.items()):
         yield f"  {count} unusable: {reason}"
+    for code, text in report.notices.items():
+        yield f"  note: {text} ({code})"
 
 
 def _layout(layout: Layout) -> str:
@@ -173,6 +176,7 @@ def _report(report: TopicReport) -> dict[str, Any]:
         "rate": report.rate(),
         "stamps_out_of_order": report.out_of_order,
         "unreadable": dict(report.unreadable),
+        "notices": report.notices,
         "layouts": [{**asdict(layout), "clouds": count} for layout, count in report.layouts.most_common()],
         "color": report.color,
         "measured": None if summary is None else asdict(summary),

@@ -7,7 +7,9 @@ from __future__ import annotations
 import importlib.util
 
 PIP_NAMES = {
+    "jinja2": "jinja2",
     "lz4": "lz4",
+    "lzf": "python-neo-lzf",
     "matplotlib": "matplotlib",
     "mcap": "mcap",
     "PIL": "pillow",

@@ -9,17 +9,15 @@ import difflib
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from topo_region_seg.offline.cli.console import note
 from topo_region_seg.offline.cli.status import ToolError
 from topo_region_seg.parameter_table import ParameterError, Row
 from topo_region_seg.params import Params
 from topo_region_seg.ros.node_params import NodeParams
+from topo_region_seg.ros.parameter_files import ParameterFileError, applies_to, read_file
+from topo_region_seg.ros.parameter_names import unknown
 
-_FOREIGN = {row.name for row in NodeParams.table()} | {"use_sim_time", "qos_overrides"}
-"""What a parameter file of the node may hold beside the parameters of the segmentation."""
-
-
+NODE = "region_segmentation"
 SET_ONE = "set one parameter, after --params; may be repeated"
 
 
@@ -71,34 +69,50 @@ def split_assignment(assignment: str) -> tuple[Row, str]:
 
 
 def read_parameter_file(path: Path) -> dict[str, Any]:
-    """Read a YAML mapping of names to values, or a ROS one with `ros__parameters`; the node's own are left out."""
+    """Read the segmentation's parameters from a YAML file, plain or the node's, and hold the node's own to their table.
+
+    Names that the node ignores in its file are ignored here too, with the same line; a plain file must hold none.
+
+    Raises
+    ------
+    ToolError, ParameterError
+        The file cannot be read, has parameters of several nodes, or an unknown name in a plain file.
+    """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text"
-        raise ToolError(f"{path}: cannot be read ({reason}); check the name") from None
-    except yaml.YAMLError as error:
-        raise ToolError(f"{path}: is not YAML ({' '.join(str(error).split())}); mend that line") from None
-    if content is None:
-        return {}
-    if not isinstance(content, dict):
-        raise ToolError(f"{path}: holds no names and values; write lines such as 'max_radius: 0.02'")
-    sections = [value["ros__parameters"] for value in content.values() if _is_ros_section(value)]
-    if not sections:
-        values = content
-    elif len(sections) > 1:
-        raise ToolError(f"{path}: holds parameters of {len(sections)} nodes; give a file with those of one")
-    else:
-        values = {name: value for name, value in (sections[0] or {}).items() if name not in _FOREIGN}
+        file = read_file(path)
+    except ParameterFileError as error:
+        raise ToolError(str(error)) from None
     known = {row.name for row in Params.table()}
-    for name in values:
-        if name not in known:
-            raise ToolError(f"{path}: unknown parameter '{name}'{_guess(str(name))}")
-    return values
+    if not file.sections:
+        for name in file.plain:
+            if name not in known:
+                raise ToolError(f"{path}: unknown parameter '{name}'{_guess(str(name))}")
+        return file.plain
+    values = _of_the_node(path, file.sections)
+    for line in unknown(values):
+        note(f"{path}: {line}")
+    own = {row.name for row in NodeParams.table()}
+    try:
+        NodeParams.from_mapping({name: value for name, value in values.items() if name in own})
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {error}") from None
+    return {name: value for name, value in values.items() if name in known}
 
 
-def _is_ros_section(value: Any) -> bool:
-    return isinstance(value, dict) and "ros__parameters" in value
+def _of_the_node(path: Path, sections: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the values that a node region_segmentation takes, whatever its namespace."""
+    nodes = {key for key in sections if key.rpartition("/")[2] == NODE and "*" not in key}
+    name = nodes.pop() if len(nodes) == 1 else f"/{NODE}"
+    if not nodes:
+        fitting = [values for key, values in sections.items() if applies_to(key, name)]
+        if not fitting and len(sections) == 1:
+            # Of a node that has another name in its launch file.
+            ((key, values),) = sections.items()
+            note(f"{path}: the parameters are those of {key}; a node {NODE} takes them if they stand under '/**'")
+            fitting = [values]
+        if fitting:
+            return {name: value for values in fitting for name, value in values.items()}
+    raise ToolError(f"{path}: holds parameters of {len(sections)} nodes; give a file with those of one")
 
 
 def read_value(row: Row, text: str) -> Any:

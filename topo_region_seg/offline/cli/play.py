@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     speed = parser.add_mutually_exclusive_group()
     speed.add_argument("--rate", type=_positive, default=1.0, help="speed as a factor of the recorded one (default: 1)")
     speed.add_argument("--hz", type=_positive, help="clouds a second, instead of the recorded times")
-    parser.add_argument("--loop", action="store_true", help="begin anew at the end, until Ctrl-C")
+    parser.add_argument("--loop", action="store_true", help="begin again at the end, until Ctrl-C")
     parser.add_argument("--qos", choices=("reliable", "best_effort"), default="reliable", help="default: reliable")
     parser.add_argument("--stamp", choices=("recorded", "now"), default="recorded", help="default: recorded")
     parser.add_argument(
@@ -76,13 +76,15 @@ def run(args: argparse.Namespace) -> int:
         )
         with progress("publishing", None if args.loop else topic.count) as step:
             try:
-                published = play(clouds, playback, report=note, step=step, ros_arguments=args.ros_arguments)
+                played = play(clouds, playback, report=note, step=step, ros_arguments=args.ros_arguments)
             except NobodySubscribedError as error:
                 raise ToolError(f"{args.bag}: {error}; start the node first, or give --wait-for 0") from None
-        note(f"published {published} cloud{'' if published == 1 else 's'} of {topic.name} on {args.remap_to}")
+        count = f"{played.published} cloud{'' if played.published == 1 else 's'}"
+        but = f", but {played.unheard}" if played.unheard else ""
+        note(f"published {count} of {topic.name} on {args.remap_to}{but}")
         for line in (*dict.fromkeys(failed), *reader.problems):
             note(f"left out: {line}")
-        if failed or reader.problems:
+        if failed or reader.problems or played.unheard:
             return status.FAILED
         return status.TRUNCATED if reader.truncated else status.DONE
 

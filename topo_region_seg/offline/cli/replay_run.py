@@ -19,6 +19,7 @@ from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.cli.console import Steps, note
 from topo_region_seg.offline.cli.interrupt import stop_request
 from topo_region_seg.offline.cli.overlap import finish_behind, read_ahead
@@ -68,6 +69,7 @@ class Replay:
         self._output = output
         self._debug = debug
         self._warned: set[str] = set()
+        self._sensor = SensorFrame(reader)
 
     def run(self, step: Steps) -> None:
         """Process all clouds: one is segmented while the next is read and the previous one is written.
@@ -95,7 +97,15 @@ class Replay:
         with self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = seconds(stamp_of(given.msg))
-            given.cloud = decode(given.msg, max_points=self._pipeline.params.point_limit, warn=self._warn_once)
+            cloud = decode(
+                given.msg,
+                max_points=self._pipeline.params.point_limit,
+                warn=self._warn_once,
+                needs_color=self._pipeline.needs_color,
+            )
+            given.cloud = self._sensor.place(cloud, given.msg)
+            if self._sensor.note:
+                self._warn_once("sensor_frame", self._sensor.note)
         given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.parameters import add_parameter_arguments, params_from
 from topo_region_seg.offline.cli.status import ToolError
+from topo_region_seg.params import THINNABLE, Params
 
 if TYPE_CHECKING:
     from topo_region_seg.data import Cloud
@@ -43,6 +44,9 @@ def run(args: argparse.Namespace) -> int:
     from topo_region_seg.offline.cli.regions import stage_line
     from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
 
+    def say(code: str, text: str) -> None:
+        note(f"note: {text} ({code})")
+
     params = params_from(args)
     if args.cloud.suffix in (".mcap", ".bag", ".db3") or args.cloud.is_dir():
         raise ToolError(f"{args.cloud}: is not a cloud file; for a recording use: topo_region_seg replay {args.cloud}")
@@ -51,13 +55,13 @@ def run(args: argparse.Namespace) -> int:
     check_picture(args.barcode)
     check_picture(args.picture)
     with waiting(f"reading {args.cloud}"):
-        cloud = read_cloud(args.cloud, max_points=params.point_limit)
+        cloud = read_cloud(args.cloud, max_points=params.point_limit, warn=say, advice=_advice(params))
     large = len(cloud) >= LARGE
     with loading_kernels():
         warm_up()
     try:
         with waiting(f"segmenting {len(cloud):,} points", always=large):
-            seg = Pipeline(params).run(cloud, lambda code, text: note(f"note: {text} ({code})"))
+            seg = Pipeline(params).run(cloud, say)
     except MissingColorError as error:
         raise ToolError(f"{args.cloud}: {error}") from None
     _print_regions(cloud, seg, shown=None if args.all else SHOWN)
@@ -68,6 +72,13 @@ def run(args: argparse.Namespace) -> int:
         if written:
             print(f"wrote {written}")
     return status.DONE
+
+
+def _advice(params: Params) -> str:
+    """Say what to do about a cloud that is too large."""
+    if params.over_max_points == "thin":
+        return f"raise it with --set max_points; over_max_points=thin takes up to {THINNABLE} times as many"
+    return "raise it with --set max_points, or --set over_max_points=thin"
 
 
 def _print_regions(cloud: Cloud, seg: Segmentation, shown: int | None) -> None:

@@ -19,6 +19,7 @@ from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
+from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.evaluation.measures import measure
 from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
@@ -102,6 +103,7 @@ def _evaluate(
         result.rejected += truth.rejected
     if not source.recorded:
         load_kernels()
+    sensor = SensorFrame(reader)
     label = _Recorded(limit) if source.recorded else _Segmented(task.params, result)
     ordered = TruthInOrder(truth, reader, topic)
     records = reader.messages([topic.name])
@@ -110,15 +112,18 @@ def _evaluate(
     for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
             break
-        _measure(record, topic, ordered, label, limit, result)
+        _measure(record, topic, ordered, sensor, label, limit, result)
         step()
     result.repeated = ordered.repeated
+    if sensor.note:
+        result.notices.setdefault("sensor_frame", sensor.note)
 
 
 def _measure(
     record: Record,
     topic: Topic,
     truth: TruthInOrder,
+    sensor: SensorFrame,
     label: _Recorded | _Segmented,
     limit: int,
     result: BagResult,
@@ -134,10 +139,11 @@ def _measure(
             result.without_truth += 1
             if label.needs_all:
                 with suppress(Exception):  # a bad cloud is already counted, as one without truth
-                    label(msg, decode(msg, max_points=limit))
+                    cloud = decode(msg, max_points=limit, needs_color=label.needs_color)
+                    label(msg, sensor.place(cloud, msg))
             return
         started = time.perf_counter() - read
-        cloud = decode(msg, max_points=limit)
+        cloud = sensor.place(decode(msg, max_points=limit, needs_color=label.needs_color), msg)
         decoded = time.perf_counter()
         labels, stages = label(msg, cloud)
         done = time.perf_counter()
@@ -159,6 +165,7 @@ class _Segmented:
     def __init__(self, params: Params, result: BagResult) -> None:
         self.needs_all = params.track_regions
         self._pipeline, self._tracker, self._result = Pipeline(params), Tracker(), result
+        self.needs_color = self._pipeline.needs_color
 
     def __call__(self, msg: Any, cloud: Cloud) -> tuple[LabelArray, dict[str, float]]:
         seg = self._pipeline.run(cloud, self._warn)
@@ -175,6 +182,7 @@ class _Recorded:
     """Takes the labels that the clouds carry."""
 
     needs_all = False
+    needs_color = False
 
     def __init__(self, limit: int) -> None:
         self._limit = limit

@@ -17,7 +17,9 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.color import srgb_to_lab
 from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.normals.estimate import estimate_normals
-from topo_region_seg.steps.support import above, find_floor
+from topo_region_seg.steps.sensor import known_position
+from topo_region_seg.steps.support.removal import above
+from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin
 
 NEAREST = 4
@@ -55,12 +57,14 @@ class Foreground:
 
 def foreground_of(cloud: Cloud, params: Params) -> Foreground:
     """Crop a cloud and remove its support plane, as the pipeline does."""
-    rows = crop(cloud.xyz, params)
-    xyz = cloud.xyz[rows].astype(np.float64)
+    sensor = known_position(cloud, params)
+    origin = np.zeros(3) if sensor is None else sensor
+    rows = crop(cloud.xyz, origin, params)
+    xyz = cloud.xyz[rows].astype(np.float64) - origin
     cropped = len(xyz)
     plane = None
     if params.remove_floor:
-        plane = find_floor(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed)
+        plane = find_support(xyz, params.floor_distance, params.floor_min_extent, params.floor_seed).plane
     if plane is not None:
         kept = above(xyz, plane, params.floor_distance)
         rows, xyz = rows[kept], np.ascontiguousarray(xyz[kept])

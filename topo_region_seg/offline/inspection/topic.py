@@ -15,9 +15,11 @@ from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.bags.records import BagReader, Topic
+from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.inspection.points import PointFigures, point_figures
 from topo_region_seg.offline.inspection.suggest import Advice, suggest
 from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
 
 TYPES = {1: "i8", 2: "u8", 3: "i16", 4: "u16", 5: "i32", 6: "u32", 7: "f32", 8: "f64"}
 NANOSECONDS = 1_000_000_000
@@ -58,6 +60,8 @@ class TopicReport:
         Suggested parameters; None if the clouds have too few points.
     color : bool
         Whether the measured clouds have color.
+    notices : dict of str to str
+        What segmenting the measured clouds says of them, by code.
     """
 
     topic: Topic
@@ -68,6 +72,7 @@ class TopicReport:
     figures: list[PointFigures] = field(default_factory=list)
     advice: Advice | None = None
     color: bool = False
+    notices: dict[str, str] = field(default_factory=dict)
 
     def rate(self) -> float | None:
         """Return clouds per second, from the median interval; None for fewer than two clouds."""
@@ -96,6 +101,7 @@ class TopicInspector:
 
     def look(self, reader: BagReader) -> TopicReport:
         """Read all messages and return the findings."""
+        sensor = SensorFrame(reader)
         for number, record in enumerate(reader.messages([self._topic.name])):
             self._report.log_times.append(record.log_time)
             try:
@@ -106,9 +112,11 @@ class TopicInspector:
                     COORDINATES
                 ):  # others, such as truth, are not clouds to segment
                     cloud = decode(msg, max_points=Params().max_points)
-                    self._clouds += [cloud] if number in self._wanted else []
+                    self._clouds += [sensor.place(cloud, msg)] if number in self._wanted else []
             except CloudFormatError as error:
                 self._report.unreadable[error.reason] += 1
+        if sensor.note:
+            self._report.notices["sensor_frame"] = sensor.note
         return self._measured()
 
     def _order(self, stamp: Any) -> None:
@@ -121,6 +129,10 @@ class TopicInspector:
         report = self._report
         report.figures = [point_figures(cloud) for cloud in self._clouds]
         report.color = any(cloud.rgb is not None and len(cloud) > 0 for cloud in self._clouds)
+        for cloud in self._clouds:
+            features = "normals" if cloud.rgb is None else Params().features
+            seg = Pipeline(Params(features=features)).run(cloud, lambda code, text: None)
+            report.notices |= {notice.code: notice.text for notice in seg.notices}
         report.advice = suggest(self._clouds, report.figures) if self._clouds else None
         return report
 

@@ -1,46 +1,56 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of HTML. What a recording says is not to be trusted: it all passes through `text`."""
+"""How values become HTML. What a recording says is not to be trusted: every value is made printable and escaped."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
-import html
-import json
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
+from functools import lru_cache
 from typing import Any
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
-def text(value: object) -> str:
-    """Return any value as text that is safe in an element and in a quoted attribute."""
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the page; numbers are set to the right, None is a dash."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[object]]
+
+
+@lru_cache(maxsize=1)
+def environment() -> Environment:
+    """Return the templates, which escape all that is put into them."""
+    templates = Environment(
+        loader=PackageLoader("topo_region_seg.offline.report", "assets"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=printable,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
+    templates.filters["cell"] = _cell
+    templates.tests["figure"] = _is_figure
+    return templates
+
+
+def printable(value: Any) -> str:
+    """Return any value as text without control characters, and without marks that turn the direction of writing.
+
+    They could make one text look like another. Markup of the page's own is left as it is.
+    """
+    if isinstance(value, Markup):
+        return value
     shown = str(value).encode("utf-8", "backslashreplace").decode("utf-8")
-    # Control characters and marks that turn the direction of writing could make one text look like another.
-    return html.escape("".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in shown))
-
-
-def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]], *, first_is_head: bool = True) -> str:
-    """Return a table that scrolls by itself where it is too wide; numbers are set to the right."""
-    lines = [
-        f'<div class="scroll" role="region" tabindex="0" aria-label="{text(caption)}"><table>',
-        f"<caption>{text(caption)}</caption>",
-        "<thead><tr>" + "".join(f'<th scope="col">{text(name)}</th>' for name in head) + "</tr></thead><tbody>",
-    ]
-    for row in rows:
-        first, *rest = (_cell(value) for value in row)
-        tag, scope = ("th", ' scope="row"') if first_is_head else ("td", "")
-        cells = "".join(f"<td{kind}>{shown}</td>" for kind, shown in rest)
-        lines.append(f"<tr><{tag}{scope}{first[0]}>{first[1]}</{tag}>{cells}</tr>")
-    return "\n".join([*lines, "</tbody></table></div>"])
-
-
-def data_block(name: str, value: Any) -> str:
-    """Return a block of JSON that the page's scripts read; nothing in it can end the block."""
-    content = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    for character in "<>&\u2028\u2029":
-        content = content.replace(character, f"\\u{ord(character):04x}")
-    return f'<script type="application/json" id="{text(name)}">{content}</script>'
+    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in shown)
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
@@ -55,13 +65,13 @@ def _hash(source: str) -> str:
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
-def _cell(value: object) -> tuple[str, str]:
+def _is_figure(value: object) -> bool:
+    return value is None or (isinstance(value, (int, float, Decimal)) and not isinstance(value, bool))
+
+
+def _cell(value: object) -> str:
     if value is None:
-        return ' class="number"', "–"
+        return "–"
     if isinstance(value, float):
-        return ' class="number"', text(f"{value:.3f}")
-    if isinstance(value, Decimal):
-        return ' class="number"', text(f"{value:,}")
-    if isinstance(value, int) and not isinstance(value, bool):
-        return ' class="number"', text(f"{value:,}")
-    return "", text(value)
+        return f"{value:.3f}"
+    return f"{value:,}" if _is_figure(value) else str(value)

@@ -6,17 +6,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib.resources import files
-from string import Template
+from typing import Any
+
+from markupsafe import Markup
 
 import topo_region_seg
 from topo_region_seg.cloud.label_colors import palette
 from topo_region_seg.offline.report.content import FrameContent
-from topo_region_seg.offline.report.markup import data_block, policy, text
+from topo_region_seg.offline.report.markup import environment, policy
 from topo_region_seg.offline.report.sections import (
+    VIEW_BUTTONS,
     cards,
-    chart_figures,
-    closer,
-    frame_section,
+    chart_titles,
+    colorings,
+    frame_view,
     lead,
     notices,
     numbers,
@@ -42,33 +45,39 @@ def page(run: Run, frames: Sequence[FrameContent], truth: str | None) -> str:
     """
     scripts, style = [_asset(name) for name in SCRIPTS], _asset("page.css")
     drawn = charts(frames)
+    chosen = [frame for frame in frames if frame.points is not None]
     facts = {
         "frames": [{"regions": frame.record.regions} for frame in frames],
         "charts": drawn,
         "palette": palette().tolist(),
     }
-    blocks = [data_block("run", facts)]
+    blocks: dict[str, Any] = {"run": facts}
     for frame in frames:
-        if frame.points is not None:
-            blocks.append(data_block(f"points-{frame.index}", frame.points))
-        if frame.bars is not None:
-            blocks.append(data_block(f"bars-{frame.index}", frame.bars))
-    return Template(_asset("page.html")).substitute(
-        policy=policy(scripts, [style]),
-        version=text(topo_region_seg.__version__),
-        title=text(f"Run {run.path.name}"),
-        style=style,
-        lead=text(lead(run.record, run.params)),
-        notices=notices(run, truth),
-        cards=cards(run.record, frames, run.params),
-        charts=chart_figures(drawn, run.params),
-        last=max(0, len(frames) - 1),
-        frames="\n".join(frame_section(frame, run.params) for frame in frames) or "<p>No cloud was segmented.</p>",
-        closer=closer(frames, run.params),
-        numbers=numbers(frames),
-        setup=setup(run, truth),
-        data="\n".join(blocks),
-        scripts="\n".join(f"<script>{source}</script>" for source in scripts),
+        named = {f"points-{frame.index}": frame.points, f"bars-{frame.index}": frame.bars}
+        blocks |= {name: block for name, block in named.items() if block is not None}
+    return (
+        environment()
+        .get_template("page.html")
+        .render(
+            policy=policy(scripts, [style]),
+            version=topo_region_seg.__version__,
+            title=f"Run {run.path.name}",
+            lead=lead(run.record, run.params),
+            notices=notices(run, truth),
+            cards=cards(run.record, frames, run.params),
+            charts=chart_titles(drawn, run.params),
+            frames=[frame_view(frame, run.params) for frame in frames],
+            chosen=[frame.index for frame in chosen],
+            colorings=colorings(chosen, run.params),
+            acts=VIEW_BUTTONS,
+            numbers=numbers(frames),
+            rejected=len(run.record.rejected),
+            setup=setup(run, truth),
+            blocks=blocks,
+            # The project's own files, whose text the policy's hashes are of.
+            style=Markup(style),
+            scripts=[Markup(script) for script in scripts],
+        )
     )
 
 

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the page."""
+"""What the parts of the page say; how it looks stands in the templates."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import PurePath
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from topo_region_seg.offline.evaluation.measures import MEASURES
 from topo_region_seg.offline.report.content import FrameContent, stages
-from topo_region_seg.offline.report.markup import table, text
+from topo_region_seg.offline.report.markup import Table
 from topo_region_seg.offline.runs.record import RunRecord
 from topo_region_seg.offline.runs.run import Run
 from topo_region_seg.params import Params
@@ -49,6 +50,34 @@ VIEW_BUTTONS = {
 MODES = {"label": "Regions", "rgb": "Colors", "truth": "Truth"}
 
 
+@dataclass(frozen=True)
+class ChartTitle:
+    """The heading of a chart that the scripts draw."""
+
+    name: str
+    title: str
+    what: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture of a frame as a data URI."""
+
+    uri: str
+    caption: str
+    note: str
+
+
+@dataclass(frozen=True)
+class FrameView:
+    """One frame as the page shows it; `stamp` in seconds."""
+
+    index: int
+    stamp: float
+    facts: Sequence[str]
+    pictures: Sequence[Picture]
+
+
 def lead(record: RunRecord, params: Params) -> str:
     """Return the first sentences."""
     count, failed = len(record.frames), len(record.rejected)
@@ -62,7 +91,7 @@ def lead(record: RunRecord, params: Params) -> str:
     )
 
 
-def notices(run: Run, truth: str | None) -> str:
+def notices(run: Run, truth: str | None) -> list[str]:
     """Return what a reader has to know before believing the rest."""
     record, lines = run.record, []
     if record.truncated:
@@ -74,11 +103,11 @@ def notices(run: Run, truth: str | None) -> str:
         lines.append(
             "No true labels are known, so there is no quality; --source and --truth-topic tell where they are."
         )
-    return "\n".join(f'<p class="notice">{text(line)}</p>' for line in lines)
+    return lines
 
 
-def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> str:
-    """Return the figures at the top."""
+def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> list[tuple[str, str, str]]:
+    """Return the figures at the top: name, value and note."""
     shown = [("Frames", f"{len(frames)}", f"{len(record.rejected)} rejected")]
     if frames:
         counts = sorted(frame.record.regions for frame in frames)
@@ -94,32 +123,22 @@ def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> 
         known = _known(frames, key)
         if known:
             shown.append((names[key], f"{np.mean(known):.3f}", f"mean of {len(known)} frames; {note}"))
-    return "".join(
-        f"<div><dt>{text(name)}</dt><dd>{text(value)}<small>{text(note)}</small></dd></div>"
-        for name, value, note in shown
-    )
+    return shown
 
 
-def chart_figures(names: Collection[str], params: Params) -> str:
-    """Return the places where the scripts draw the charts."""
-    parts = []
-    for name in names:
-        title, what = CHARTS[name]
-        title = params.output.capitalize() if name == "regions" else title
-        legend = '<ul class="legend"></ul>' if name == "time" else ""
-        parts.append(
-            f'<figure class="chart" data-chart="{name}">'
-            f"<figcaption><strong>{text(title)}</strong> {text(what)}</figcaption>"
-            f'<svg role="img" aria-label="{text(title)} {text(what)}. The table under Numbers has the values."></svg>'
-            f"{legend}</figure>"
-        )
-    return "\n".join(parts)
+def chart_titles(names: Collection[str], params: Params) -> list[ChartTitle]:
+    """Return the headings of the charts."""
+    titles = {name: CHARTS[name] for name in names}
+    return [
+        ChartTitle(name, params.output.capitalize() if name == "regions" else title, what)
+        for name, (title, what) in titles.items()
+    ]
 
 
-def frame_section(frame: FrameContent, params: Params) -> str:
-    """Return one frame with its pictures."""
+def frame_view(frame: FrameContent, params: Params) -> FrameView:
+    """Return what is said of one frame, with its pictures."""
     captions = {**CAPTIONS, "regions": params.output.capitalize()}
-    record, index = frame.record, frame.index
+    record = frame.record
     facts = [f"{record.points:,} points", f"{record.regions} {params.output}", f"{record.ms.get('total', 0.0):.0f} ms"]
     if frame.quality and frame.quality["wov"] is not None:
         facts.append(f"WOv {frame.quality['wov']:.3f}, Fos {frame.quality['fos']:.3f}, Fus {frame.quality['fus']:.3f}")
@@ -130,61 +149,20 @@ def frame_section(frame: FrameContent, params: Params) -> str:
         f"gray = none{'; labels are kept from frame to frame' if params.track_regions else ''}",
         "truth": "each segment in the color of the region that covers most of it; numbers are true labels",
     }
-    pictures = "".join(
-        f'<figure><img src="{uri}" alt="{text(captions[name])} of frame {index}" decoding="async">'
-        f"<figcaption><strong>{text(captions[name])}</strong>: {text(notes[name])}</figcaption></figure>"
-        for name, uri in frame.pictures
-    )
-    shown = f'<div class="pictures">{pictures}</div>' if pictures else '<p class="hint">No pictures of this frame.</p>'
-    return (
-        f'<article class="frame" aria-label="Frame {index}"><h3>Frame {index}, {record.stamp:.3f} s</h3>'
-        f'<p class="facts">{text("; ".join(facts))}</p>{shown}</article>'
-    )
+    pictures = [Picture(uri, captions[name], notes[name]) for name, uri in frame.pictures]
+    return FrameView(frame.index, record.stamp, facts, pictures)
 
 
-def closer(frames: Sequence[FrameContent], params: Params) -> str:
-    """Return the controls and places of the 3D view and the barcode."""
-    chosen = [frame for frame in frames if frame.points is not None]
-    if not chosen:
-        return "<p>No frame was chosen; --frames names some.</p>"
+def colorings(chosen: Sequence[FrameContent], params: Params) -> dict[str, str]:
+    """Return the ways to color the points in 3D, by the name that the scripts know."""
     known = {"label", "rgb", *(["truth"] if any("truth" in (frame.points or {}) for frame in chosen) else [])}
-    which = "".join(
-        f'<button type="button" data-closer="{frame.index}" aria-pressed="false" aria-label="Frame {frame.index}">'
-        f"{frame.index}</button>"
-        for frame in chosen
-    )
-    modes = "".join(
-        f'<button type="button" data-mode="{mode}" aria-pressed="false">{text(name)}</button>'
-        for mode, name in {**MODES, "label": params.output.capitalize()}.items()
-        if mode in known
-    )
-    acts = "".join(
-        f'<button type="button" data-act="{act}" aria-label="{text(name)}" title="{text(name)}">{sign}</button>'
-        for act, (sign, name) in VIEW_BUTTONS.items()
-    )
-    return (
-        '<noscript><p class="notice">The 3D view, the barcode and the charts need JavaScript.</p></noscript>'
-        '<div id="closer-body" hidden>'
-        f'<div class="controls" role="group" aria-label="Frame in 3D"><span>Frame</span>{which}</div>'
-        '<div class="closer"><figure>'
-        '<canvas id="view" tabindex="0" role="img" aria-label="Points in 3D; arrow keys turn them, plus and minus '
-        'zoom, Home goes back to the view of the sensor"></canvas>'
-        '<figcaption><span id="view-note"></span> Drag, or use the arrow keys, to turn; pinch, or + and −, to zoom; '
-        "Home to go back.</figcaption>"
-        f'<div class="controls" role="group" aria-label="Colors of the points">{modes}</div>'
-        f'<div class="controls" role="group" aria-label="Turn and zoom">{acts}</div></figure>'
-        '<div><figure id="bars"><svg role="img" aria-labelledby="bars-note"></svg></figure>'
-        '<p class="hint"><strong>Barcode of H0.</strong> <span id="bars-note"></span> The upper bars are the longest '
-        "of each region; those with an arrow never die. The lower part counts, on a log scale, how many bars die at "
-        "which scale.</p></div>"
-        "</div></div>"
-    )
+    return {mode: name for mode, name in {**MODES, "label": params.output.capitalize()}.items() if mode in known}
 
 
-def numbers(frames: Sequence[FrameContent]) -> str:
+def numbers(frames: Sequence[FrameContent]) -> list[Table]:
     """Return the tables of frames, stages and quality."""
     if not frames:
-        return "<p>There are none.</p>"
+        return []
     measured = [name for name in MEASURES if _known(frames, name)]
     head = ["frame", "stamp (s)", "points", "regions", "ms", *(name.replace("_", " ") for name in measured)]
     rows = [
@@ -198,34 +176,32 @@ def numbers(frames: Sequence[FrameContent]) -> str:
         ]
         for frame in frames
     ]
-    parts = [table("Frames", head, rows)]
+    parts = [Table("Frames", head, rows)]
     timed = []
     for name in [*stages(frames), "total"]:
         values = np.array([frame.record.ms.get(name, 0.0) for frame in frames])
         figures = (values.mean(), np.median(values), np.percentile(values, 95), values.max())
         timed.append([name, *(_ms(value) for value in figures)])
-    parts.append(table("Milliseconds", ["stage", "mean", "median", "95 %", "largest"], timed))
+    parts.append(Table("Milliseconds", ["stage", "mean", "median", "95 %", "largest"], timed))
     if measured:
         spread = [(name, np.array(_known(frames, name))) for name in measured]
         parts.append(
-            table(
+            Table(
                 "Quality over the frames with a truth",
                 ["measure", "mean", "smallest", "largest", "frames", "meaning"],
                 [[name, *map(float, (v.mean(), v.min(), v.max())), len(v), MEANING[name]] for name, v in spread],
             )
         )
-    return "\n".join(parts)
+    return parts
 
 
-def setup(run: Run, truth: str | None) -> str:
+def setup(run: Run, truth: str | None) -> list[Table]:
     """Return rejected clouds, parameters, versions and the source."""
     record = run.record
-    parts = []
+    parts: list[Table] = []
     if record.rejected:
         rows = [[f"{entry.stamp:.9f}", entry.reason, entry.detail] for entry in record.rejected]
-        parts.append(table("Rejected clouds", ["stamp (s)", "reason", "what was wrong"], rows))
-    else:
-        parts.append("<p>No cloud was rejected.</p>")
+        parts.append(Table("Rejected clouds", ["stamp (s)", "reason", "what was wrong"], rows))
     facts: Mapping[str, str] = {
         "source": PurePath(record.source).name,
         "topic": record.topic,
@@ -238,9 +214,9 @@ def setup(run: Run, truth: str | None) -> str:
         [name, _plain(value), table_of[name].spec.unit or "", table_of[name].spec.doc]
         for name, value in run.params.as_dict().items()
     ]
-    parts.append(table("Source and versions", ["what", "value"], facts.items()))
-    parts.append(table("Parameters", ["name", "value", "unit", "meaning"], params))
-    return "\n".join(parts)
+    parts.append(Table("Source and versions", ["what", "value"], list(facts.items())))
+    parts.append(Table("Parameters", ["name", "value", "unit", "meaning"], params))
+    return parts
 
 
 def _known(frames: Sequence[FrameContent], name: str) -> list[float]:

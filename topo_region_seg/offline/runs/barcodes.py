@@ -16,6 +16,7 @@ from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.data import FloatArray, LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.runs.pairing import StampCounts
 from topo_region_seg.offline.runs.run import Run
@@ -71,13 +72,22 @@ def barcodes_of(run: Run, wanted: Collection[int], source: Path | None = None) -
     place = source or Path(run.record.source)
     if not place.exists():
         return {}
-    found: dict[int, Bars] = {}
     warm_up()
     pipeline = Pipeline(run.params)
     labels = {frame.index: frame.labels for frame in run.frames(wanted)}
+    with open_bag(place) as transforms:
+        return _computed(run, place, pipeline, labels, SensorFrame(transforms))
+
+
+def _computed(
+    run: Run, place: Path, pipeline: Pipeline, labels: dict[int, LabelArray], sensor: SensorFrame
+) -> dict[int, Bars]:
+    found = {}
+    limit = run.params.point_limit
     for index, msg in _messages(run, place, run.record.topic, labels, with_rejected=True):
         try:
-            cloud = decode(msg, max_points=limit)
+            cloud = decode(msg, max_points=limit, needs_color=pipeline.needs_color)
+            cloud = sensor.place(cloud, msg)
             if len(cloud) != len(labels[index]):
                 continue  # not the recording that was replayed
             seg = pipeline.run(cloud, _ignore)  # the replay has reported its notices

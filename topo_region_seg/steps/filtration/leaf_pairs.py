@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.lanes import trailing_zeros
+from topo_region_seg.compiled.leaf_blocks import fill_blocks, leaves_of
 from topo_region_seg.compiled.predicate import CHANNELS, edge_length
 from topo_region_seg.data import FloatArray, IndexArray
 from topo_region_seg.steps.filtration.leaf_sieve import FAR_SINGLE, sift_leaves
@@ -34,16 +35,12 @@ TINY = 1e-37  # by this much it may, where single precision has no more digits
 
 
 class Leaves(NamedTuple):
-    """The points of L leaves.
-
-    `blocks` (L * 9 * LEAF,) holds leaf after leaf and in it channel after channel, positions from the middle of the
-    cloud; padding is inf.
-    """
+    """The points of L leaves."""
 
     points: FloatArray  # (N, 9) by id
     order: IndexArray  # (N,) point ids in tree order
-    blocks: npt.NDArray[np.float32]
-    blur: FloatArray  # (L, 3) how far off a difference of position, color and normal may be in the blocks
+    blocks: npt.NDArray[np.float32]  # (L, 9, LEAF) as `leaf_blocks` has them, positions from the middle of the cloud
+    errors: FloatArray  # (L, 3) rounding errors of positions, colors and normals in the blocks
 
 
 class Edges(NamedTuple):
@@ -73,37 +70,29 @@ def grown_edges(edges: Edges) -> Edges:
 
 def gather_leaves(tree: Tree, channels: FloatArray) -> Leaves:
     """Return the points (N, 9) in the order of the tree and in blocks of single precision."""
-    n_leaves = (len(channels) + LEAF - 1) // LEAF
-    leaves = Leaves(
-        channels,
-        tree.order,
-        np.full(n_leaves * CHANNELS * LEAF, np.inf, np.float32),
-        np.empty((n_leaves, 3)),
-    )
     # Positions from their middle, which keeps the numbers small; colors and normals have their own origin.
     middle = np.zeros(CHANNELS)
-    if n_leaves:
+    if len(channels):
         middle[:3] = channels[:, :3].mean(axis=0)
-    fill_leaves(leaves, middle)
-    return leaves
+    blocks = np.empty((leaves_of(len(channels)), CHANNELS, LEAF), np.float32)
+    fill_blocks(tree.order, channels, middle, 0, blocks)
+    return Leaves(channels, tree.order, blocks, rounding_errors(blocks))
 
 
 @kernel
-def fill_leaves(leaves: Leaves, middle: FloatArray) -> None:
-    """Fill the leaves with their points, taking `middle` (9,) off in the blocks."""
-    leaves = borrowed(leaves)
-    for leaf in range(len(leaves.blur)):
-        start = leaf * LEAF
-        for three in range(3):
-            largest = 0.0
-            for c in range(3 * three, 3 * three + 3):
-                block = (leaf * CHANNELS + c) * LEAF
-                for row in range(start, min(start + LEAF, len(leaves.order))):
-                    value = leaves.points[index(leaves.order[index(row)]), index(c)] - middle[c]
-                    leaves.blocks[index(block + row - start)] = value
-                    # A missing normal stays out of it.
-                    largest = abs(value) if abs(value) > largest else largest
-            leaves.blur[leaf, three] = largest * ROUNDING
+def rounding_errors(blocks: npt.NDArray[np.float32]) -> FloatArray:
+    """Return by how much a coordinate of position, color and normal may be off in each of the blocks, (L, 3)."""
+    errors = np.empty((len(blocks), CHANNELS // 3))
+    for leaf in range(len(blocks)):
+        for three in range(CHANNELS // 3):
+            largest = np.float32(0.0)
+            for c in range(3):
+                for i in range(LEAF):
+                    value = abs(blocks[index(leaf), index(3 * three + c), index(i)])
+                    # A missing normal, which is NaN, and padding stay out of it.
+                    largest = max(largest, value if value < np.inf else np.float32(0.0))
+            errors[index(leaf), index(three)] = largest * ROUNDING
+    return errors
 
 
 @inlined
@@ -117,19 +106,19 @@ def meet_leaves(  # type: ignore[no-untyped-def]
     """
     first = n_edges
     later = FAR
-    blur = blur_of_pair(leaves.blur, start_a // LEAF, start_b // LEAF)
+    error = pair_errors(leaves.errors, start_a // LEAF, start_b // LEAF)
     hits, beyond = sift_leaves(
         leaves.blocks,
         roots,
         start_a,
         start_b,
         (
-            widened(limits.reach, blur[0]),
-            narrowed(limits.color_low, blur[1]),
-            widened(limits.color_high, blur[1]),
-            narrowed(limits.chord_low, blur[2]),
-            widened(limits.chord_high, blur[2]),
-            widened(np.int64(end).view(np.float64), blur[0]),
+            widened(limits.reach, error[0]),
+            narrowed(limits.color_low, error[1]),
+            widened(limits.color_high, error[1]),
+            narrowed(limits.chord_low, error[2]),
+            widened(limits.chord_high, error[2]),
+            widened(np.int64(end).view(np.float64), error[0]),
         ),
     )
     if start_a == start_b:
@@ -154,26 +143,26 @@ def meet_leaves(  # type: ignore[no-untyped-def]
         return n_edges, FAR
     if beyond < FAR_SINGLE:
         square = np.float64(np.int32(beyond).view(np.float32))
-        later = min(later, max(end, bits_of(narrowed(square, blur[0]))))
+        later = min(later, max(end, bits_of(narrowed(square, error[0]))))
     return n_edges, later
 
 
 @inlined
-def blur_of_pair(blur, a, b):  # type: ignore[no-untyped-def]
+def pair_errors(errors, a, b):  # type: ignore[no-untyped-def]
     """Return by how much a difference of position, color and normal of points of two leaves may be off."""
     p, q = index(a), index(b)
-    return blur[p, 0] + blur[q, 0], blur[p, 1] + blur[q, 1], blur[p, 2] + blur[q, 2]
+    return errors[p, 0] + errors[q, 0], errors[p, 1] + errors[q, 1], errors[p, 2] + errors[q, 2]
 
 
 @inlined
-def widened(square, blur):  # type: ignore[no-untyped-def]
-    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at most."""
-    length = math.sqrt(square) + 2.0 * blur
+def widened(square, error):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `error`: at most."""
+    length = math.sqrt(square) + 2.0 * error
     return np.float32(length * length * WIDER + TINY)
 
 
 @inlined
-def narrowed(square, blur):  # type: ignore[no-untyped-def]
-    """Return, in single precision, the square of a length whose three channels may each be off by `blur`: at least."""
-    length = max(0.0, math.sqrt(max(0.0, square - TINY)) - 2.0 * blur)
+def narrowed(square, error):  # type: ignore[no-untyped-def]
+    """Return, in single precision, the square of a length whose three channels may each be off by `error`: at least."""
+    length = max(0.0, math.sqrt(max(0.0, square - TINY)) - 2.0 * error)
     return np.float32(length * length / WIDER)

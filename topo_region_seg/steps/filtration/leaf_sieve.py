@@ -32,7 +32,7 @@ def sift_leaves(typing_context, blocks, roots, row_a, row_b, sieve):  # type: ig
     ----------
     typing_context
         numba's; a kernel does not give it.
-    blocks : (L * 9 * LEAF,) float32
+    blocks : (L, 9, LEAF) float32
         Points by leaf and channel.
     roots : (N + LEAF,) int32
         Component of each row; pairs within a component do not pass.

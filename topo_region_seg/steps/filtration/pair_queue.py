@@ -12,9 +12,9 @@ from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.data import IndexArray
 
 BUCKET_SHIFT = 52  # a bucket is the exponent of a squared distance (float64): each reaches 1.41 times as far
-BUCKETS = 2048
+BUCKETS = 1 << (63 - BUCKET_SHIFT)  # of all numbers without a sign
 FREE, SPACE = BUCKETS, BUCKETS + 1  # cells of `head` that hold the list of free cells and their number
-SPARE = 4  # cells that opening one pair may take
+SPARE = 4  # cells that opening one pair may take: its nodes have two children each
 
 
 class PairQueue(NamedTuple):

@@ -34,13 +34,14 @@ from topo_region_seg.steps.filtration.rips import (
     unite_edges,
 )
 
-POSITION_FIRST = 4.0  # nodes split by position until they are this much smaller than the radius; measured
-CROWD = 2  # waiting pairs per point from which on the filtration begins anew; twice what surfaces need
-CROWDED_POSITION = 4.0  # how much more position then weighs in splitting nodes; measured
-SWEEPS = 6  # scales that are joined before pairs are kept again; measured
-MANY = 1  # edges per point found at one scale from which on those that no forest needs are dropped
-WORTH_HELP = 4_000  # pairs in a bucket from which on it pays to wake another thread, which takes about 0.2 ms
-REFRESH = 0.01  # share of the points whose components may change before the nodes are looked through again
+# Chosen by time and memory; no result depends on them. `python -m benchmarks.tricks constants` shows the choices.
+POSITION_WEIGHT = 4.0  # nodes are split by position until they are this much smaller than the radius
+WAITING_LIMIT = 2  # waiting pairs per point above which the points fill a volume: surfaces need half as many
+VOLUME_POSITION_WEIGHT = 4.0  # how much more position then weighs in splitting nodes
+SWEEPS = 6  # scales that are joined then before pairs are kept again
+SPARE_EDGES = 1  # edges per point found at one scale above which those that no forest needs are dropped
+PAIRS_FOR_TWO = 4_000  # pairs in a bucket from which on a second thread is woken
+STALE_SHARE = 0.01  # share of the points whose components may change before the nodes are marked again
 
 
 def filtration(
@@ -88,7 +89,7 @@ def split_weights(limits: Criterion) -> FloatArray:
     def weight(square: float) -> float:
         return 1.0 / math.sqrt(square) if square > 0.0 and math.isfinite(square) else 0.0
 
-    return np.repeat([POSITION_FIRST * weight(limits.reach), weight(limits.color_high), weight(limits.chord_high)], 3)
+    return np.repeat([POSITION_WEIGHT * weight(limits.reach), weight(limits.color_high), weight(limits.chord_high)], 3)
 
 
 def _grow(
@@ -100,10 +101,10 @@ def _grow(
     _open_root(workers, tree, bucket, first=True, sweep=False)
     if any(worker.crowded for worker in workers):
         # Points fill a volume. Leaves that are narrow in color and normal lie across each other in it, so position
-        # must weigh more. Joining the points of the smallest scales, before any pair is kept, and beginning anew from
-        # the root each time leaves far fewer pairs to wait.
+        # must weigh more. Far fewer pairs wait if the points of the smallest scales are joined first, each time from
+        # the root and without keeping a pair.
         workers.clear()  # frees the pairs that wait
-        weights[:3] *= CROWDED_POSITION
+        weights[:3] *= VOLUME_POSITION_WEIGHT
         tree, forest, workers, first = _begin(channels, weights, limits, by_position)
         for bucket in range(first, first + SWEEPS):
             _open_root(workers, tree, bucket, first=bucket == first, sweep=True)
@@ -118,10 +119,10 @@ def _grow(
         if all(b is None for b in waiting):
             return *merge_tree(forest), forest.death
         bucket = min(b for b in waiting if b is not None)
-        if stale > REFRESH * len(channels):
+        if stale > STALE_SHARE * len(channels):
             refresh_components(tree, forest)
             stale = 0
-        if even_out(workers[0].queue, workers[1].queue, bucket) < WORTH_HELP:
+        if even_out(workers[0].queue, workers[1].queue, bucket) < PAIRS_FOR_TWO:
             for worker in workers:
                 worker.drain(bucket)
         else:
@@ -140,7 +141,7 @@ def _begin(
 
 def _first_bucket(leaves: Leaves) -> int:
     """Bucket of a scale below which few points have neighbors; all shorter edges are taken in one go."""
-    nearest = nearest_in_leaves(leaves, min(256, len(leaves.blur)))
+    nearest = nearest_in_leaves(leaves, min(256, len(leaves.errors)))
     nearest = nearest[np.isfinite(nearest)]
     if len(nearest) == 0:
         return 0
@@ -190,13 +191,13 @@ class _Worker:
         n = len(self._forest.parent)
         while self.queue.head[bucket] >= 0:
             if self._n_edges + LEAF * LEAF > len(self._edges.d2):
-                if len(self._edges.d2) >= MANY * n:
+                if len(self._edges.d2) >= SPARE_EDGES * n:
                     order = np.argsort(self._edges.d2[: self._n_edges])
                     self._n_edges = spanning_edges(self._forest, self._edges, order)
                 if self._n_edges + LEAF * LEAF > len(self._edges.d2) // 2:
                     self._edges = grown_edges(self._edges)
             if self.queue.head[SPACE] < SPARE:
-                if first and not sweep and len(self.queue.after) >= CROWD * n:
+                if first and not sweep and len(self.queue.after) >= WAITING_LIMIT * n:
                     self.crowded = True
                     return
                 self.queue = grown_queue(self.queue)

@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from topo_region_seg.compiled.boxes import box_gap
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, box_gap
-from topo_region_seg.compiled.predicate import CHANNELS, Criterion
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.union_find import find, unite
 from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.steps.filtration.leaf_pairs import FAR, Edges, Leaves, meet_leaves, new_edges
@@ -71,9 +72,9 @@ def drain_bucket(
 ) -> int:
     """Open the pairs of a bucket until it is empty, or until edges or queue need room; return the number of edges.
 
-    In the `first` bucket points may coincide. They are united at once, so that heaps of them stay cheap; nodes
-    are then looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs
-    to later buckets.
+    In the `first` bucket points may coincide. They are united at once, so that many duplicates stay cheap; nodes are
+    then looked at again, since their own pairs come before pairs across. A `sweep` leaves out what belongs to later
+    buckets.
     """
     tree, leaves, forest = borrowed(tree), borrowed(leaves), borrowed(forest)
     queue, edges = borrowed(queue), borrowed(edges)
@@ -228,12 +229,12 @@ def wait(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignor
     """Let a pair of two nodes wait for its scale, if it matters."""
     if joined(parent, same, a, b):
         return
-    gap = box_gap(tree.boxes, CHANNELS, a, b, 0)
+    gap = box_gap(tree.boxes, a, tree.boxes, b, 0)
     # False for NaN, so that a pair is only dropped for a reason.
     if (
         gap > limits.reach
-        or box_gap(tree.boxes, CHANNELS, a, b, 1) > limits.color_high
-        or box_gap(tree.boxes, CHANNELS, a, b, 2) > limits.chord_high
+        or box_gap(tree.boxes, a, tree.boxes, b, 1) > limits.color_high
+        or box_gap(tree.boxes, a, tree.boxes, b, 2) > limits.chord_high
     ):
         return
     place = max(bucket, bucket_of(gap))
@@ -244,7 +245,7 @@ def wait(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignor
 @kernel
 def nearest_in_leaves(leaves: Leaves, n_leaves: int) -> FloatArray:
     """Return, sorted, the squared distances to the nearest point of the same leaf, for the points of some leaves."""
-    points, order, total = leaves.points, leaves.order, len(leaves.blur)
+    points, order, total = leaves.points, leaves.order, len(leaves.errors)
     nearest = np.full(n_leaves * LEAF, np.inf)
     for sample in range(n_leaves):
         start = sample * total // n_leaves * LEAF

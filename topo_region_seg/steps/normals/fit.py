@@ -8,6 +8,14 @@ import math
 
 from topo_region_seg.compiled.dialect import kernel
 
+ROUNDING = 1e-6
+"""Share of a point's distance by which a line may pass beside the sensor and still be taken to pass through it."""
+LINE = 1e-7
+"""Difference of the two smaller eigenvalues, as a share of their sum, below which a neighborhood is a line: rounding of
+their computation is a tenth of it."""
+ALIKE = 1.0 + ROUNDING
+"""Factor up to which coordinates count as equal, so that the same axis is chosen for all points of a line."""
+
 
 @kernel
 def fit_normal(m, x, y, z, normal):  # type: ignore[no-untyped-def]
@@ -29,7 +37,7 @@ def fit_normal(m, x, y, z, normal):  # type: ignore[no-untyped-def]
         u, v, w = smallest_axis(xx / scale, xy / scale, xz / scale, yy / scale, yz / scale, zz / scale)
     if u == 0.0 and v == 0.0 and w == 0.0:
         u, v, w = facing_axis(xx, xy, xz, yy, yz, zz, x, y, z)
-    if u * x + v * y + w * z > 0.0:
+    elif u * x + v * y + w * z > 0.0:
         u, v, w = -u, -v, -w
     normal[0], normal[1], normal[2] = u, v, w
 
@@ -46,6 +54,8 @@ def smallest_axis(xx, xy, xz, yy, yz, zz):  # type: ignore[no-untyped-def]
     d, e, f = xy / p, xz / p, yz / p
     half_det = 0.5 * (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e))
     phi = math.acos(min(1.0, max(-1.0, half_det))) / 3.0
+    if p * math.sin(phi) < LINE:  # the smallest eigenvalue is double
+        return 0.0, 0.0, 0.0
     smallest = q + 2.0 * p * math.cos(phi + 2.0 * math.pi / 3.0)
     # Rows of (matrix - eigenvalue) span the plane across the eigenvector: the longest cross product is it.
     ax, by, cz = xx - smallest, yy - smallest, zz - smallest
@@ -81,14 +91,14 @@ def facing_axis(xx, xy, xz, yy, yz, zz, x, y, z):  # type: ignore[no-untyped-def
         along = (u * lx + v * ly + w * lz) / length2
         u, v, w = u - along * lx, v - along * ly, w - along * lz
     length = math.sqrt(u * u + v * v + w * w)
-    if length > 0.0:
+    if length > ROUNDING * math.sqrt(x * x + y * y + z * z):
         return u / length, v / length, w / length
     # The line passes through the sensor: any direction across it will do, as long as it is always the same.
     if length2 == 0.0:
         return 0.0, 0.0, -1.0
-    if abs(lx) <= abs(ly) and abs(lx) <= abs(lz):
+    if abs(lx) <= ALIKE * abs(ly) and abs(lx) <= ALIKE * abs(lz):
         u, v, w = 0.0, lz, -ly
-    elif abs(ly) <= abs(lz):
+    elif abs(ly) <= ALIKE * abs(lz):
         u, v, w = -lz, 0.0, lx
     else:
         u, v, w = ly, -lx, 0.0

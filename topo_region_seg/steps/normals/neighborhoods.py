@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, box_gap
+from topo_region_seg.compiled.dialect import index, kernel, summing
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.nearest import nearest_outside
+from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
 
@@ -31,12 +32,10 @@ def radius_normals(
     Both are by point id, and so is `radius` (N,), metres. The point itself counts as a neighbor; a point with fewer
     than `min_neighbors` of them keeps the normal it has.
     """
-    tree, blocks, radius = borrowed(tree), borrowed(blocks), borrowed(radius)
-    normals, counts = borrowed(normals), borrowed(counts)
     reach = np.zeros(LEAF)
-    candidates = np.empty(3 * CHUNK)
+    candidates = np.empty((3, CHUNK))
     moments = np.zeros((LEAF, 10))
-    stack = np.empty(128, np.int64)
+    stack = np.empty(LEVELS, np.int64)
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
@@ -45,44 +44,31 @@ def radius_normals(
         for i in range(tree.stop[a] - tree.start[a]):
             reach[i] = radius[tree.order[tree.start[a] + i]] ** 2
             farthest = max(farthest, reach[i])
-        base = tree.start[a] * 3
+        own = index(tree.start[a] // LEAF)
         gathered = 0
-        top = 1
-        stack[0] = 0
-        while top:
-            top -= 1
-            b = stack[top]
-            if box_gap(tree.boxes, 3, a, b, 0) > farthest:
-                continue
-            right = tree.right[index(b)]
-            if right:
-                stack[top], stack[top + 1] = right, b + 1
-                top += 2
-                continue
-            first = np.int64(tree.start[index(b)]) * 3
+        stack[0], top = 0, 1
+        while True:
+            b, top = next_leaf(tree, tree.boxes, a, farthest, False, stack, top)
+            if b < 0:
+                break
+            leaf = index(tree.start[index(b)] // LEAF)
             for c in range(3):
                 for j in range(LEAF):
-                    candidates[index(c * CHUNK + gathered + j)] = blocks[index(first + c * LEAF + j)]
+                    candidates[index(c), index(gathered + j)] = blocks[leaf, index(c), index(j)]
             gathered += LEAF
             if gathered == CHUNK:
-                add_neighbors(blocks, base, candidates, gathered, reach, moments)
+                add_neighbors(blocks, own, candidates, gathered, reach, moments)
                 gathered = 0
-        add_neighbors(blocks, base, candidates, gathered, reach, moments)
+        add_neighbors(blocks, own, candidates, gathered, reach, moments)
         for i in range(tree.stop[a] - tree.start[a]):
             point = tree.order[tree.start[a] + i]
             counts[point] = int(moments[i, 0])
             if counts[point] >= min_neighbors:
-                fit_normal(
-                    moments[i],
-                    blocks[base + i],
-                    blocks[base + LEAF + i],
-                    blocks[base + 2 * LEAF + i],
-                    normals[point],
-                )
+                fit_normal(moments[i], blocks[own, 0, i], blocks[own, 1, i], blocks[own, 2, i], normals[point])
 
 
 @summing
-def add_neighbors(blocks, base, candidates, n, reach, moments):  # type: ignore[no-untyped-def]
+def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[no-untyped-def]
     """Add to `moments` (LEAF, 10) of a leaf's points those of the candidates within reach: count, sums, products.
 
     `reach` (LEAF,) is the square of each point's radius.
@@ -90,14 +76,14 @@ def add_neighbors(blocks, base, candidates, n, reach, moments):  # type: ignore[
     Offsets are from the point itself, which keeps the sums small and so exact.
     """
     for i in range(LEAF):
-        x, y, z = blocks[base + i], blocks[base + LEAF + i], blocks[base + 2 * LEAF + i]
+        x, y, z = blocks[leaf, 0, i], blocks[leaf, 1, i], blocks[leaf, 2, i]
         within = reach[i]
         count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
         sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n):
-            dx = candidates[index(j)] - x
-            dy = candidates[index(CHUNK + j)] - y
-            dz = candidates[index(2 * CHUNK + j)] - z
+            dx = candidates[0, index(j)] - x
+            dy = candidates[1, index(j)] - y
+            dz = candidates[2, index(j)] - z
             near = dx * dx + dy * dy + dz * dz <= within
             dx, dy, dz = dx if near else 0.0, dy if near else 0.0, dz if near else 0.0
             count += 1.0 if near else 0.0

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import index, kernel
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import IntArray
 
 
@@ -27,8 +27,8 @@ def region_counts(parent: IntArray, order: IntArray, weight: IntArray, min_size:
             rest_now += size[point]
     large[0], rest[0] = n_large, rest_now
     for place in range(len(order)):
-        young = index(order[place])
-        old = index(parent[young])
+        young = order[place]
+        old = parent[young]
         for one in (young, old):
             if size[one] >= min_size:
                 n_large -= 1

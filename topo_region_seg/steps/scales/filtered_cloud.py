@@ -20,7 +20,9 @@ class FilteredCloud:
     Parameters
     ----------
     xyz : (N, 3) float64
-        The preprocessed points, metres.
+        The preprocessed points, metres, seen from the sensor at the origin.
+    sensor : (3,) float64
+        Where the sensor is in the frame of the input, metres.
     weight, index : (N,) int64
         How many input points each of them stands for, and the row of the first.
     rows : (K,) int64
@@ -39,12 +41,13 @@ class FilteredCloud:
     features : Features
         Features of the preprocessed points.
     plane : Plane or None
-        The removed support plane.
+        The removed support plane, in the frame of the input.
     growth : Growth
         How the regions grow.
     """
 
     xyz: FloatArray
+    sensor: FloatArray
     weight: IntArray
     index: IntArray
     rows: IntArray
@@ -63,6 +66,11 @@ def labels_of_input(filtered: FilteredCloud, labels: LabelArray) -> LabelArray:
     full = np.zeros(filtered.given, np.uint32)
     full[filtered.rows] = labels if filtered.stand_in is None else labels[filtered.stand_in]
     return full
+
+
+def positions_of_input(filtered: FilteredCloud, xyz: FloatArray) -> FloatArray:
+    """Return positions (M, 3), metres, that are seen from the sensor in the frame of the input."""
+    return xyz + filtered.sensor if filtered.sensor.any() else xyz
 
 
 def components_at(filtered: FilteredCloud, radius: float) -> Components:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
-from topo_region_seg.offline.bags.sqlite_pages import Pages, Row, is_cut
+from topo_region_seg.offline.bags.recovery.sqlite_pages import Pages, Row, is_cut
 
 TOPICS = "SELECT id, name, type FROM topics"
 DEFINITIONS = "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'"

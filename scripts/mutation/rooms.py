@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The rooms of the package whose tests are tried, and which tests each of their files must satisfy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+PACKAGE = "topo_region_seg"
+NOT_TRIED = {"compiled/cache.py", "compiled/threads.py", "offline/cli/interrupt.py"}
+"""What acts outside of the process that tries it: its tests run with caches and signals of their own."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """Part of the package: paths within it, tests within test/, and how many mutants are chosen by default."""
+
+    name: str
+    paths: tuple[str, ...]
+    tests: tuple[str, ...]
+    mutants: int
+
+    def files(self, root: Path) -> list[str]:
+        """Return the room's modules, as paths within the package."""
+        package = root / PACKAGE
+        found: list[Path] = []
+        for path in self.paths:
+            place = package / path
+            found += sorted(place.rglob("*.py")) if place.is_dir() else [place] * place.exists()
+        names = [file.relative_to(package).as_posix() for file in found]
+        return [name for name in names if name not in NOT_TRIED and not name.endswith("__init__.py")]
+
+
+_PIPELINE = ("steps", "test_pipeline.py", "test_sensor.py", "beyond")
+_ROS = (
+    "ros/test_worker.py",
+    "ros/test_ros_processor.py",
+    "ros/test_input.py",
+    "ros/test_qos.py",
+    "ros/test_advice.py",
+    "ros/test_ending.py",
+    "ros/test_ros_transport.py",
+    "ros/test_player.py",
+    "ros/test_ros_node.py",
+    "ros/test_ros_lifecycle.py",
+)
+ROOMS = (
+    Room("steps", ("steps", "growth.py"), _PIPELINE, 44),
+    Room("kernels", ("compiled",), ("compiled/test_lattice.py", *_PIPELINE), 24),
+    Room("beyond", ("beyond",), ("beyond", "test_pipeline.py", "steps/test_scales.py"), 30),
+    Room("core", ("data.py", "params.py", "segmentation.py", "pipeline.py"), ("test_params.py", *_PIPELINE), 16),
+    Room("cloud", ("cloud",), ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py"), 26),
+    Room(
+        "bags",
+        ("offline/bags", "offline/frames.py", "offline/stamps.py"),
+        ("offline/bags", "offline/test_inspect.py", "offline/test_tools.py"),
+        30,
+    ),
+    Room("ros", ("ros",), _ROS, 26),
+    Room(
+        "evaluation",
+        ("offline/evaluation", "offline/runs"),
+        ("offline/evaluation", "offline/runs", "offline/test_tools.py"),
+        30,
+    ),
+    Room(
+        "tools",
+        ("offline/cli", "offline/inspection", "offline/report"),
+        ("offline/test_tools.py", "offline/test_segment.py", "offline/test_inspect.py", "offline/runs")
+        + ("offline/evaluation", "offline/report/test_report.py"),
+        30,
+    ),
+)
+BY_NAME = {room.name: room for room in ROOMS}
+
+
+def tests_of(room: Room, file: str, root: Path) -> list[str]:
+    """Return the tests that a file of a room must satisfy, those that name it or its folder first.
+
+    A test file counts as the file's own where their names share a word, such as `compare.py` and `test_compare.py`.
+    """
+    files: list[Path] = []
+    for path in room.tests:
+        place = root / "test" / path
+        files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place] * place.exists()
+    words = {word for part in Path(file).with_suffix("").parts[-2:] for word in part.rstrip("s").split("_")}
+    ranked = sorted(dict.fromkeys(files), key=lambda place: not words & _words(place))
+    return [place.relative_to(root).as_posix() for place in ranked]
+
+
+def _words(test: Path) -> set[str]:
+    return {word.rstrip("s") for word in test.stem.split("_")[1:]}

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where rounding could decide: points exactly a radius apart, far from the middle of their cloud; equal distances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from topo_region_seg.api import persistent_components
+from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.nearest import nearest_outside
+from topo_region_seg.compiled.partition import uniform_regions
+from topo_region_seg.params import Params
+
+STEP = round(0.01 * 2**36) / 2**36
+"""Metres; multiples of it up to 8 km and their differences are exact in double precision, and not in single."""
+
+
+def stairs(n: int, seed: int) -> np.ndarray:
+    """Points each of which has two others at a distance of STEP, along an axis, and all others farther away."""
+    axes = np.random.default_rng(seed).integers(0, 3, n - 1)
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(np.eye(3)[axes], axis=0)]) * STEP
+
+
+def components(xyz: np.ndarray, radius: float):
+    normals = np.tile([0.0, 0.0, -1.0], (len(xyz), 1))
+    return persistent_components(xyz, None, normals, Params(features="normals", max_radius=radius))
+
+
+@pytest.mark.parametrize("far", [5, 50, 500, 5000])
+@pytest.mark.parametrize("seed", range(3))
+def test_edges_of_exactly_the_radius_are_found_and_longer_ones_are_not(far: int, seed: int) -> None:
+    n = 400
+    away = round(far / STEP) * STEP * np.array([1.0, -0.5, 0.25])
+    xyz = np.concatenate([stairs(n, seed), stairs(n, seed + 9) + np.round(away / STEP) * STEP])
+    order = np.random.default_rng(seed).permutation(2 * n)
+    found = components(xyz[order], STEP)
+    np.testing.assert_array_equal(found.death[np.isfinite(found.death)], STEP)
+    roots = np.unique(found.root)
+    assert len(roots) == 2
+    assert [len(np.unique(found.root[order < n])), len(np.unique(found.root[order >= n]))] == [1, 1]
+    below = components(xyz[order], float(np.nextafter(STEP, 0.0)))
+    assert np.isinf(below.death).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, wanted = 500, 8
+    channels = np.zeros((n, 9))
+    channels[:, :3] = rng.integers(0, 9, (n, 3)) * STEP
+    channels[:, 3:] = rng.integers(0, 2, (n, 6))
+    tree, region, parent = position_tree(channels[:, :3]), rng.integers(0, 6, n), np.arange(6)
+    uniform = uniform_regions(tree, region)
+    near_d2, near = np.empty(wanted), np.empty(wanted, np.int64)
+    for point in range(0, n, 7):
+        own = region[point]
+        found = nearest_outside(tree, channels, region, parent, uniform, point, own, near_d2, near)
+        d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
+        others = sorted((d2[i], channels[i].tolist()) for i in np.flatnonzero(region != own))[:wanted]
+        assert found == wanted
+        assert [(near_d2[k], channels[near[k]].tolist()) for k in range(wanted)] == others

@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the sensor is: distances, the near side of a plane and the direction of normals are seen from there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.data import Cloud, FloatArray
+from topo_region_seg.params import Params
+
+MAP = 10.0
+"""Extents of a cloud from its nearest edge beyond which the origin is no place from which a sensor saw it."""
+
+
+def known_position(cloud: Cloud, params: Params) -> FloatArray | None:
+    """Return where the sensor is said to be, (3,), metres, in the frame of the cloud: by parameter, else by file."""
+    pose = params.sensor_pose or cloud.sensor_pose
+    if pose is None or not np.isfinite(pose[:3]).all():
+        return None
+    return np.array(pose[:3], np.float64)
+
+
+def position_above_map(xyz: FloatArray) -> FloatArray | None:
+    """Return a place to see a map from, (3,), metres: above its middle. None if the points (N, 3) are no map.
+
+    A map, such as one in UTM coordinates, lies many times its own extent from the origin; z is up in it.
+    """
+    if len(xyz) == 0:
+        return None
+    low, high = np.percentile(xyz, [1.0, 99.0], axis=0)
+    extent = float(np.linalg.norm(high - low))
+    outside = np.maximum(np.maximum(low, -high), 0.0)
+    if float(np.linalg.norm(outside)) <= MAP * extent:
+        return None
+    place: FloatArray = (low + high) / 2.0 + np.array([0.0, 0.0, max(extent, 1.0)])
+    return place
