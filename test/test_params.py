@@ -120,6 +120,8 @@ def test_values_with_an_effect_are_not_named() -> None:
 
 def _another(row: Row) -> object:
     low, high, default = row.spec.low, row.spec.high, row.default
+    if isinstance(default, bool):
+        return not default
     if row.spec.choices:
         return next(choice for choice in row.spec.choices if choice != default)
     assert low is not None and high is not None
@@ -132,7 +134,7 @@ def _another(row: Row) -> object:
 
 def test_every_parameter_with_a_condition_is_ineffective_somewhere_and_effective_elsewhere() -> None:
     settings = [
-        Params(output=output, features=features, remove_floor=floor)
+        Params(output=output, features=features, remove_floor=floor, track_regions=floor)
         for output in ("regions", "objects", "supervoxels")
         for features in ("color+normals", "color", "normals")
         for floor in (True, False)
