@@ -60,6 +60,7 @@ def test_a_segment_without_its_lock_file_and_a_link_stay(tmp_path: Path) -> None
     made(tmp_path, DEAD).unlink()
     elsewhere = tmp_path / "elsewhere"
     elsewhere.touch()
+    os.utime(elsewhere, (0, 0))
     (tmp_path / f"{ALIVE}_el").symlink_to(elsewhere)
     before = names(tmp_path)
     assert remove_dead_segments(tmp_path) == (0, 0)

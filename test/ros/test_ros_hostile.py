@@ -196,6 +196,14 @@ def test_odd_clouds_are_answered_as_the_pipeline_does(
     assert answer.header.frame_id == msg.header.frame_id
 
 
+@pytest.mark.parametrize("places", [1, 2, 3, 5])
+def test_many_points_at_few_places_are_answered_with_the_default_parameters(places: int, client: Client) -> None:
+    spots = np.random.default_rng(places).random((places, 3)) + [0, 0, 1]
+    msg = xyz_only(np.repeat(spots, 3000, axis=0))
+    expected = Pipeline(Params()).run(decode(msg, max_points=10**6)).labels
+    np.testing.assert_array_equal(label_column(client.ask(msg)), expected)
+
+
 def test_a_cloud_over_max_points_is_thinned_and_answered_whole(client: Client, node: NodeProcess) -> None:
     thinning = {**FLAT, "max_points": 1000, "over_max_points": "thin", "normal_radius": 0.05, "max_radius": 0.05}
     assert client.set_atomically(thinning).successful

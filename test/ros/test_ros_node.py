@@ -24,6 +24,8 @@ from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 
 pytestmark = pytest.mark.usefixtures("default_parameters")
+NONE = {"max_range": 10.0}
+"""Parameters as they are: a set must not be empty."""
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +104,29 @@ def test_a_cloud_without_a_valid_point_gets_label_0_everywhere(client: Client) -
     answer = client.ask(cloud_message(np.full((12, 3), np.nan), np.zeros((12, 3), np.uint8), height=3))
     assert (label_column(answer) == 0).all()
     assert (answer.height, answer.width) == (3, 4)
+
+
+@pytest.mark.parametrize(
+    ("change", "parameters"),
+    [(1000.0, NONE), (1.0, {"min_region_size": 1_000_000, "small_regions": "remove"}), (np.nan, NONE)],
+    ids=["millimetres", "all small", "all invalid"],
+)
+def test_an_answer_without_regions_says_why(
+    change: float, parameters: dict[str, Any], client: Client, node: NodeProcess
+) -> None:
+    assert client.set_atomically(parameters).successful
+    xyz, rgb = two_sheets()
+    seen, logged = len(client.diagnostics), node.log.count("[WARN]")
+    assert not label_column(client.ask(cloud_message(xyz * change, rgb, height=40))).any()
+    (status,) = until(
+        lambda: [s for r in client.diagnostics[seen:] for s in r.status if "1 clouds processed, " in s.message][:1],
+        "a warning in the diagnostics",
+    )
+    assert status.level == b"\x01"
+    code, text = status.message.split("1 clouds processed, ")[1].split(": ", 1)
+    until(lambda: node.log.count("[WARN]") > logged, "a warning in the log")
+    assert f"[{code}] {text}" in node.log
+    assert int({item.key: item.value for item in status.values}[f"notice: {code}"]) >= 1
 
 
 def test_what_is_not_always_made_arrives_while_somebody_subscribes(client: Client) -> None:

@@ -90,6 +90,15 @@ def test_few_or_coinciding_points_have_no_floor(n: int) -> None:
     assert find_support(np.outer(np.arange(n), [1.0, 0.0, 0.0]) + 1.0, 0.01, 0.3, 0).plane is None
 
 
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("places", [1, 2, 3, 5, 20])
+def test_many_points_at_few_places_are_an_answer_and_no_error(places: int, seed: int) -> None:
+    spots = np.random.default_rng(seed).uniform(-0.5, 0.5, (places, 3)) + [0.0, 0.0, 1.0]
+    xyz = np.repeat(spots, 20_000 // places, axis=0)
+    plane = find_support(xyz, 0.01, 0.3, 0).plane
+    assert places > 2 or plane is None, "two places make no plane"
+
+
 def test_thinning_keeps_one_mean_per_voxel() -> None:
     rng = np.random.default_rng(0)
     xyz = rng.uniform(-0.1, 0.1, (3000, 3))
