@@ -103,6 +103,7 @@ def test_names_of_former_versions_lead_to_the_new_one(name: str) -> None:
         ({"features": "normals", "color_threshold": 3.0}, "features = normals"),
         ({"features": "color", "normal_min_neighbors": 9}, "features = color"),
         ({"remove_floor": False, "floor_seed": 3}, "remove_floor = false"),
+        ({"hold_regions": True}, "track_regions = false"),
         ({"output": "objects", "remove_floor": False, "object_floor_distance": 0.01}, "remove_floor = false"),
     ],
 )
@@ -120,6 +121,8 @@ def test_values_with_an_effect_are_not_named() -> None:
 
 def _another(row: Row) -> object:
     low, high, default = row.spec.low, row.spec.high, row.default
+    if row.type is bool:
+        return not default
     if row.spec.choices:
         return next(choice for choice in row.spec.choices if choice != default)
     assert low is not None and high is not None
@@ -132,10 +135,11 @@ def _another(row: Row) -> object:
 
 def test_every_parameter_with_a_condition_is_ineffective_somewhere_and_effective_elsewhere() -> None:
     settings = [
-        Params(output=output, features=features, remove_floor=floor)
+        Params(output=output, features=features, remove_floor=floor, track_regions=tracked)
         for output in ("regions", "objects", "supervoxels")
         for features in ("color+normals", "color", "normals")
         for floor in (True, False)
+        for tracked in (True, False)
     ]
     for row in Params.table():
         if not row.spec.when or row.name in ("features", "output"):

@@ -13,11 +13,14 @@ from topo_region_seg.beyond.tracking.holding import HOLD, WAIT
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.beyond.tracking.tracks import MEMORY
 from topo_region_seg.data import Cloud
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+from topo_region_seg.offline.simulation.camera import orbit
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.segmentation import Segmentation
 
 PARAMS = Params(track_regions=True, hold_regions=True, remove_floor=False, voxel_size=0.0)
+LABELS_ONLY = PARAMS.replace(hold_regions=False)
 COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))
 Box = tuple[int, int, int, int, int]  # rows, columns, color
 
@@ -87,7 +90,7 @@ def test_a_region_that_returns_within_memory_is_itself(gone: int, same: bool) ->
     assert at(back, A) == at(first, A)
     assert (at(back, B) == at(first, B)) is same
     if not same:
-        assert at(back, B) > 2  # a label is not used again
+        assert at(back, B) > 2  # others have been free for longer
 
 
 def test_the_bigger_part_keeps_the_label() -> None:
@@ -152,21 +155,13 @@ def test_a_border_that_moves_with_its_regions_is_not_held() -> None:
     assert (moved.labels.reshape(48, 64)[2:22, 22:26] == at(first, (2, 22, 2, 22, 0))).all()
 
 
-@pytest.mark.parametrize("left_out", ["overlap", "motion", "likeness"])
-def test_what_does_not_move_is_followed_by_any_part_of_the_score(left_out: str) -> None:
-    tracker = Tracker(**{left_out: False})
-    for stamp in range(3):
-        done = tracker.follow(*frame(A, B, C), float(stamp))
-        assert [at(done, box) for box in (A, B, C)] == [1, 2, 3]
-
-
 def test_another_thing_at_another_place_is_new() -> None:
     tracker = Tracker()
     tracker.follow(*frame(A), 0.0)
     assert at(tracker.follow(*frame(C), 1.0), C) == 2
 
 
-def test_begins_anew_where_time_jumps_back_or_it_was_off() -> None:
+def test_starts_again_where_time_jumps_back_or_it_was_off() -> None:
     tracker = Tracker()
     tracker.follow(*frame(A, B, C), 5.0)
     assert at(tracker.follow(*frame(C), 4.0), C) == 1
@@ -183,3 +178,114 @@ def test_nothing_to_track() -> None:
     assert at(tracker.follow(*frame(A), 1.0), A) == 1
     assert not tracker.follow(*frame(), 2.0).labels.any()
     assert at(tracker.follow(*frame(A), 3.0), A) == 1
+
+
+def labels_only(seg: Segmentation) -> Segmentation:
+    return replace(seg, params=LABELS_ONLY)
+
+
+def test_with_labels_alone_the_regions_are_those_of_the_frame() -> None:
+    tracker, plain = Tracker(), Pipeline(PARAMS.replace(track_regions=False, hold_regions=False))
+    scene, camera = tabletop(1), Camera.kinect(160, 120)
+    renamed = False
+    for stamp, view in enumerate(orbit(camera, 6)):
+        cloud = simulate(scene, view, stamp).cloud
+        alone, seg = plain.run(cloud), Pipeline(LABELS_ONLY).run(cloud)
+        done = tracker.follow(cloud, seg, stamp)
+        table = np.zeros(len(alone.regions) + 1, np.uint32)
+        table[alone.regions.label] = done.regions.label
+        assert len(np.unique(table)) == len(table)
+        assert np.array_equal(done.labels, table[alone.labels])
+        assert np.array_equal(done.barcode.label, table[alone.barcode.label])
+        for name, column in vars(alone.regions).items():
+            assert name == "label" or np.array_equal(getattr(done.regions, name), column, equal_nan=True)
+        assert np.array_equal(done.barcode.death, alone.barcode.death)
+        renamed |= not np.array_equal(done.labels, alone.labels)
+    assert renamed
+
+
+def test_with_labels_alone_regions_that_become_one_are_one() -> None:
+    tracker = Tracker()
+    whole, big, small = (2, 22, 2, 42, 0), (2, 22, 2, 24, 0), (2, 22, 32, 42, 0)
+    cloud, seg = frame(big, small)
+    label = at(tracker.follow(cloud, labels_only(seg), 0.0), big)
+    cloud, seg = frame(whole)
+    done = tracker.follow(cloud, labels_only(seg), 1.0)
+    assert done.regions.label.tolist() == [label]
+
+
+def test_holding_ends_when_it_is_turned_off() -> None:
+    tracker = Tracker()
+    whole, big, small = (2, 22, 2, 42, 0), (2, 22, 2, 24, 0), (2, 22, 32, 42, 0)
+    tracker.follow(*frame(big, small), 0.0)
+    cloud, seg = frame(whole)
+    assert len(tracker.follow(cloud, seg, 1.0).regions) == 2
+    assert len(tracker.follow(cloud, labels_only(seg), 2.0).regions) == 1
+
+
+def test_another_frame_id_or_image_size_begins_a_new_stream() -> None:
+    tracker = Tracker()
+    tracker.follow(*frame(A, B, C), 0.0, "left")
+    assert at(tracker.follow(*frame(C), 1.0, "left"), C) == 3
+    assert at(tracker.follow(*frame(C), 2.0, "right"), C) == 1
+    tracker.follow(*frame(A, B, C), 3.0, "right")
+    cloud, seg = frame(C)
+    row_by_row = replace(cloud, height=1, width=len(cloud))
+    assert at(tracker.follow(row_by_row, seg, 4.0, "right"), C) == 1
+
+
+def test_the_same_stamp_again_is_the_same_stream() -> None:
+    tracker = Tracker()
+    tracker.follow(*frame(A, B, C), 0.0)
+    assert at(tracker.follow(*frame(C), 0.0), C) == 3
+
+
+def test_two_streams_do_not_mix() -> None:
+    one, other, alone = Tracker(), Tracker(), Tracker()
+    for stamp, boxes in enumerate(((A, B, C), (C,), (B, C), (A, C))):
+        cloud, seg = frame(*boxes)
+        other.follow(*frame(*boxes[::-1][:1], (30, 44, 50, 60, 3)), 10.0 - stamp)
+        assert np.array_equal(one.follow(cloud, seg, stamp).labels, alone.follow(cloud, seg, stamp).labels)
+
+
+def test_a_region_hidden_for_some_frames_comes_back_beside_one_alike() -> None:
+    tracker = Tracker()
+    one, alike = (2, 18, 2, 18, 0), (2, 18, 26, 42, 0)
+    first = tracker.follow(*frame(one, alike), 0.0)
+    for stamp in range(1, 6):
+        tracker.follow(*frame(alike), stamp)
+    back = tracker.follow(*frame(one, alike), 6.0)
+    assert (at(back, one), at(back, alike)) == (at(first, one), at(first, alike))
+
+
+def test_regions_alike_that_gain_speed_are_looked_for_where_they_should_be() -> None:
+    """In the end each has moved nearer to the place of the next one than to its own, and overlaps neither."""
+    tracker, left = Tracker(), 0
+    columns = (2, 18, 34)
+    labels = []
+    for stamp, step in enumerate((0, 2, 4, 6, 9, 9)):
+        left += step
+        boxes = [(2, 22, left + column, left + column + 5, 0) for column in columns]
+        done = tracker.follow(*frame(*boxes), stamp)
+        labels.append([at(done, box) for box in boxes if box[3] <= 64])
+    assert all(later == labels[0][: len(later)] for later in labels)
+
+
+@pytest.mark.parametrize("colors", [(0, 1), (1, 0)])
+def test_regions_that_change_places_between_frames_are_told_apart_by_color(colors: tuple[int, int]) -> None:
+    """Each lies nearer to where the other one was, and overlaps neither."""
+    tracker = Tracker()
+    first, second = (2, 10, 2, 10, colors[0]), (2, 10, 20, 28, colors[1])
+    before = tracker.follow(*frame(first, second), 0.0)
+    moved = (16, 24, 15, 23, colors[0]), (16, 24, 2, 10, colors[1])
+    after = tracker.follow(*frame(*moved), 1.0)
+    assert [at(after, box) for box in moved] == [at(before, first), at(before, second)]
+
+
+def test_regions_that_change_places_between_frames_are_told_apart_by_size() -> None:
+    tracker = Tracker()
+    large, small = (2, 14, 2, 14, 0), (2, 10, 20, 28, 0)
+    before = tracker.follow(*frame(large, small), 0.0)
+    moved = (16, 28, 18, 30, 0), (16, 24, 4, 12, 0)
+    after = tracker.follow(*frame(*moved), 1.0)
+    assert [at(after, box) for box in moved] == [at(before, large), at(before, small)]

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from pathlib import Path
 
@@ -222,6 +223,17 @@ def test_faces_before_the_points_of_a_damaged_file_end_the_reading(tmp_path: Pat
             read(tmp_path / "a.ply", content[:place] + count + content[place + 1 :])
     with pytest.raises(CloudFileError, match="cut short"):
         read(tmp_path / "a.ply", replaced(content, b"face 2", b"face 999999999"))
+
+
+@pytest.mark.parametrize("count", [-1, 2**31 - 1])
+def test_lists_of_impossible_length_end_the_reading(count: int, tmp_path: Path) -> None:
+    head = "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list int int i\nelement vertex 1\n"
+    head += "".join(f"property float {name}\n" for name in "xyz") + "end_header\n"
+    content = head.encode() + struct.pack("<i3f", count, 1.0, 2.0, 3.0)
+    with pytest.raises(CloudFileError, match="cut short"):
+        read(tmp_path / "a.ply", content)
+    cloud, _ = read(tmp_path / "a.ply", head.encode() + struct.pack("<ii3f", 1, 7, 1.0, 2.0, 3.0))
+    assert cloud.xyz.tolist() == [[1.0, 2.0, 3.0]]
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary", "binary_compressed"])

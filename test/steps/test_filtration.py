@@ -204,3 +204,14 @@ def test_normals_need_not_be_unit() -> None:
     scaled = Points(points.xyz, points.lab, points.normals * np.linspace(0.1, 9.0, 300)[:, None])
     np.testing.assert_allclose(components_of(scaled, Params()).death, components_of(points, Params()).death)
     assert (np.linalg.norm(unit(scaled.normals), axis=1) > 0.99).all()
+
+
+@pytest.mark.parametrize(
+    ("features", "thresholds"),
+    [("normals", {"min_color_threshold": 1.0}), ("color", {"min_angle_threshold": 1.0})],
+)
+def test_what_is_not_compared_has_no_threshold(features: str, thresholds: dict[str, float]) -> None:
+    points, params = random_points(3, 200), Params(features=features)
+    with_threshold, without = (components_of(points, p) for p in (params.replace(**thresholds), params))
+    assert np.array_equal(with_threshold.root, without.root)
+    assert np.array_equal(with_threshold.death, without.death)

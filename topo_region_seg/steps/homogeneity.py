@@ -30,8 +30,12 @@ def homogeneity_channels(
 
 
 def criterion(growth: Growth, radius: float) -> Criterion:
-    """Return limits of squared differences for edges up to `radius` (m); angles become chords of the unit sphere."""
-    (color_low, color_high), (angle_low, angle_high) = growth.color, growth.angle
+    """Return limits of squared differences for edges up to `radius` (m); angles become chords of the unit sphere.
+
+    What is not compared is zero in all points, and has no lower limit.
+    """
+    color_low, color_high = growth.color if growth.uses_color else (0.0, growth.color[1])
+    angle_low, angle_high = growth.angle if growth.uses_normals else (0.0, growth.angle[1])
     return Criterion(
         reach=_square_within(radius),
         color_low=_square_from(color_low),

@@ -74,7 +74,7 @@ def write_compressed(path: Path, plugin: StoragePlugin, mode: CompressionMode) -
     return path
 
 
-def write_ros1(path: Path, compression: str, chunk_threshold: int = 2**20) -> Path:
+def write_ros1(path: Path, compression: str, chunk_threshold: int = 2**20, entries: list[Entry] | None = None) -> Path:
     store = get_typestore(Stores.ROS1_NOETIC)
     writer = Ros1Writer(path)
     if ROS1_COMPRESSION[compression]:
@@ -82,7 +82,7 @@ def write_ros1(path: Path, compression: str, chunk_threshold: int = 2**20) -> Pa
     writer.chunk_threshold = chunk_threshold
     with writer:
         connection = writer.add_connection("/camera/points", CLOUD, typestore=store)
-        for number, (_, kind, log_time, message) in enumerate(cloud_entries(3)):
+        for number, (_, kind, log_time, message) in enumerate(entries or cloud_entries(3)):
             writer.write(connection, log_time, store.serialize_ros1(ros1_message(store, message, number), kind))
     return path
 
@@ -254,6 +254,17 @@ def test_a_damaged_chunk_of_a_ros1_bag_costs_only_itself(
     assert 0 < places[damaged] - place < 100
     assert len(replay(path, tmp_path, status=1)["frames"]) == 2
     assert f"chunk at byte {place}" in capsys.readouterr().err
+
+
+def test_equal_log_times_around_a_damaged_chunk_are_read_once(tmp_path: Path) -> None:
+    entries = [(topic, kind, SECOND, message) for topic, kind, _, message in cloud_entries(3)]
+    path = write_ros1(tmp_path / "a.bag", "lz4", chunk_threshold=0, entries=entries)
+    data = bytearray(path.read_bytes())
+    places = [found.start() for found in re.finditer(b"compression=lz4", data)]
+    for place in range(places[1] + 200, places[1] + 400):
+        data[place] ^= 0x5A
+    path.write_bytes(data)
+    assert read(path)[0] == [1.0, 3.0]
 
 
 def test_a_ros1_bag_whose_records_do_not_fit_says_where(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections import defaultdict
 from io import BytesIO
 from pathlib import Path
@@ -11,10 +12,11 @@ from pathlib import Path
 import pytest
 from bag_maker import CLOUD, COUNT, SECOND, Entry, cloud_entries, count_entry
 from mcap.reader import NonSeekingReader
-from mcap_maker import Kind, kinds, make
+from mcap_maker import CHUNK_INDEX, Kind, kinds, make
 
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.offline.bags.mcap_index import read_index
 from topo_region_seg.offline.bags.types import typestore
 
 GROUPS: dict[str, list[Kind]] = defaultdict(list)
@@ -62,6 +64,31 @@ def test_all_messages_are_read_in_order(group: str, tmp_path: Path) -> None:
             assert reader.storage().times == (SECOND, 5 * SECOND), kind.name
             if kind.schemaless:
                 assert [(r.data, r.encoding) for r in reader.messages(["/anything"])] == [(b"{}", "json")]
+
+
+def test_an_index_that_leads_to_every_message_is_used() -> None:
+    used = 0
+    for kind in kinds():
+        file = make(ENTRIES, kind)
+        complete = kind.chunking in ("each", "pairs") and kind.message_index and kind.chunk_index and kind.summary
+        defined = (kind.repeat_schemas and kind.repeat_channels) or not kind.definitions_outside
+        found = read_index(BytesIO(file), len(file))
+        assert (found is not None) == (complete and kind.statistics != "none" and defined), kind.name
+        used += found is not None
+    assert used > 20
+
+
+@pytest.mark.parametrize("place", [16, 24, 46], ids=["offset", "length", "indexes"])
+def test_an_index_that_points_out_of_the_file_is_not_used(place: int, tmp_path: Path) -> None:
+    """Without a checksum of the summary, only its numbers can tell."""
+    content = bytearray(make(ENTRIES, Kind(checksums=False, summary_offsets=False)))
+    start = content.rindex(struct.pack("<BQ", CHUNK_INDEX, 78))
+    content[start + 9 + place : start + 9 + place + 8] = b"\xff" * 8
+    path = tmp_path / "a.mcap"
+    path.write_bytes(content)
+    with open_bag(path) as reader:
+        found = [(r.topic, r.log_time, r.data) for r in reader.messages(["/camera/points", "/count"])]
+    assert found == WANTED
 
 
 @pytest.mark.parametrize("group", GROUPS)

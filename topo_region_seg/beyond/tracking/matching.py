@@ -21,7 +21,7 @@ SIZE_REACH = 1.0
 CANDIDATES = 4
 """Regions in memory, nearest in place, color and size, that a region may go on with if it does not overlap them."""
 SETTLED = 0.5
-"""Intersection over union from which on a region is not looked for elsewhere."""
+"""Intersection over union above which a region goes on with another one whatever they look like."""
 LEAST_OVERLAP = 0.1
 """Least intersection over union that is taken for a region's own."""
 
@@ -31,8 +31,8 @@ def matched(
 ) -> IntArray:
     """Return for each region of a frame (R,) the row of `tracks` that it goes on with, or -1.
 
-    Pairs with the highest sum of intersection over union (0 to 1) and likeness (0 to 1) in place, color and size come
-    first.
+    First those that lie on one another for the most part; then, from the highest down, by the sum of intersection over
+    union (0 to 1) and likeness (0 to 1) in place, color and size.
 
     Parameters
     ----------
@@ -47,25 +47,30 @@ def matched(
     if not len(table) or not len(tracks):
         return match
     one, other, overlap = _overlapping(now, before)
+    mostly = overlap > SETTLED
+    match[one[mostly]] = other[mostly]
+    rows, columns = np.flatnonzero(match < 0), np.ones(len(tracks), np.bool_)
+    columns[match[match >= 0]] = False
     here, there = _looks(table, tracks)
-    settled = np.zeros(len(table), np.bool_)
-    settled[one[overlap >= SETTLED]] = True
-    near, near_other = _alike(here, there, np.flatnonzero(~settled))
-    pairs, place = np.unique(np.append(one, near) * len(tracks) + np.append(other, near_other), return_inverse=True)
-    rows, columns = pairs // len(tracks), pairs % len(tracks)
-    score = np.maximum(0.0, 1.0 - np.linalg.norm(here[rows] - there[columns], axis=1))
-    score[place[: len(overlap)]] += overlap
-    return _paired(rows, columns, score, len(table), len(tracks))
+    near, near_other = _alike(here, there, rows, np.flatnonzero(columns))
+    some = (match[one] < 0) & columns[other]
+    pairs = np.append(one[some], near) * len(tracks) + np.append(other[some], near_other)
+    pairs, place = np.unique(pairs, return_inverse=True)
+    one_of, other_of = np.divmod(pairs, len(tracks))
+    score = np.maximum(0.0, 1.0 - np.linalg.norm(here[one_of] - there[other_of], axis=1))
+    score[place[: np.count_nonzero(some)]] += overlap[some]
+    found = _paired(one_of, other_of, score, len(table), len(tracks))
+    return np.where(match < 0, found, match)
 
 
 def _paired(rows: IntArray, columns: IntArray, score: FloatArray, n_rows: int, n_columns: int) -> IntArray:
-    """Return the column of each row (n_rows,), or -1, taking pairs from the highest score down; no column twice.
+    """Return the column of each row (n_rows,), or -1, taking pairs from the highest score down, each column once.
 
-    In rounds: a pair is taken once no better one is left of its row nor of its column. The best assignment of all
-    (Hungarian method) switches no fewer labels on the benchmark's streams, and takes more than linear time.
+    In rounds: a pair is taken once no better one is left of its row or of its column; of equal ones the first is
+    better. The assignment with the highest sum (Hungarian method) takes more than linear time.
     """
     match = np.full(n_rows, -1)
-    order = np.lexsort((columns, rows, -score))
+    order = np.argsort(-score, kind="stable")
     rows, columns = rows[order], columns[order]
     best_of_row, best_of_column = np.zeros(n_rows, np.int64), np.zeros(n_columns, np.int64)
     while len(rows):
@@ -105,11 +110,12 @@ def _looks(table: RegionTable, tracks: Tracks) -> tuple[FloatArray, FloatArray]:
     return np.hstack(now), np.hstack(before)
 
 
-def _alike(here: FloatArray, there: FloatArray, wanted: IntArray) -> tuple[IntArray, IntArray]:
-    """Return pairs of the rows `wanted` (W,) of `here` and rows of `there` that are less than one reach apart."""
-    k = min(CANDIDATES, len(there))
-    distance, partner = cKDTree(there, balanced_tree=False, compact_nodes=False).query(
-        here[wanted], k=np.arange(1, k + 1), distance_upper_bound=1.0
-    )
-    rows, places = np.nonzero(np.isfinite(distance))
-    return wanted[rows], partner[rows, places]
+def _alike(here: FloatArray, there: FloatArray, rows: IntArray, columns: IntArray) -> tuple[IntArray, IntArray]:
+    """Return pairs of some rows of `here` and of `there` that are less than one reach apart."""
+    if not len(rows) or not len(columns):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    k = np.arange(1, min(CANDIDATES, len(columns)) + 1)
+    tree = cKDTree(there[columns], balanced_tree=False, compact_nodes=False)
+    distance, partner = tree.query(here[rows], k=k, distance_upper_bound=1.0)
+    found, places = np.nonzero(np.isfinite(distance))
+    return rows[found], columns[partner[found, places]]

@@ -106,7 +106,8 @@ class Tracker:
         match = np.full(len(table), -1)
         if self._seen is not None:
             match = matched(table, self._tracks, *same_points(cloud, here, seg, self._seen))
-            match[(match >= 0) & (self._tracks.label[match] > LARGEST)] = -1
+            known = np.flatnonzero(match >= 0)
+            match[known[self._tracks.label[match[known]] > LARGEST]] = -1
         lost = self._remembered(self._tracks.lost_since(match), int(np.count_nonzero(match < 0)))
         old, new = match >= 0, np.flatnonzero(match < 0)
         label[old] = self._tracks.label[match[old]]
