@@ -95,21 +95,24 @@ def test_what_a_killed_node_leaves_goes_at_the_next_start(ros_domain: int, tmp_p
     pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
     from ros_harness import NodeProcess, running_node
 
-    def segments(node: NodeProcess) -> set[str]:
-        maps = Path(f"/proc/{node.process.pid}/maps").read_text()
-        return set(re.findall(r"/dev/shm/fastrtps_[0-9a-f]{16}", maps))
+    def own_segments(node: NodeProcess) -> list[Path]:
+        """Return the segments whose lock files the process holds; it maps those of others, too."""
+        files = [os.readlink(link) for link in Path(f"/proc/{node.process.pid}/fd").iterdir()]
+        return [
+            Path(found[1]) for file in files if (found := re.fullmatch(r"(/dev/shm/fastrtps_[0-9a-f]{16})_el", file))
+        ]
 
     killed = NodeProcess(ros_domain + 50, tmp_path / "killed.txt", "-p", "autostart:=false")
     killed.wait_for_log("autostart is off")
     with running_node(ros_domain + 50, tmp_path / "alive.txt", "-p", "autostart:=false") as alive:
         alive.wait_for_log("autostart is off")
-        living, left = segments(alive), segments(killed) - segments(alive)
-        assert left and all(Path(path).exists() for path in left), "or there is nothing to test"
+        living, left = own_segments(alive), own_segments(killed)
+        assert living and left and all(path.exists() for path in (*living, *left)), "or there is nothing to test"
         killed.process.send_signal(signal.SIGKILL)
         killed.process.wait()
         time.sleep(YOUNG)
         with running_node(ros_domain + 50, tmp_path / "next.txt", "-p", "autostart:=false") as node:
             node.wait_for_log("autostart is off")
             assert "segment(s) of dead processes" in node.log
-            assert not [path for path in left if Path(path).exists()]
-            assert all(Path(path).exists() for path in living)
+            assert not [path for path in left if path.exists()]
+            assert all(path.exists() for path in living)
