@@ -8,11 +8,14 @@ import os
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import product
 
 BASES = range(1, 50, 2)
 NEIGHBOR = 50
 """A run has its domain, and those `NEIGHBOR` and `NEIGHBOR` + 1 higher; up to 101 is safe."""
 PORT_BASE, DOMAIN_GAIN = 7400, 250  # of the RTPS specification: where the ports of a domain begin
+DISCOVERY = (0, 10)
+"""Ports of a domain where its participants listen: all of them, and the first alone, where discovery is local."""
 LAST = DOMAIN_GAIN - 1  # the last port of a domain, which no participant takes
 
 
@@ -28,8 +31,8 @@ def free_domain() -> Iterator[int]:
         with ExitStack() as held:
             try:
                 held.enter_context(_bound(base, LAST))
-                for domain in (base, base + NEIGHBOR, base + NEIGHBOR + 1):
-                    _bound(domain, 0).close()  # where discovery listens
+                for domain, offset in product((base, base + NEIGHBOR, base + NEIGHBOR + 1), DISCOVERY):
+                    _bound(domain, offset).close()
             except OSError:
                 continue
             yield base

@@ -42,8 +42,10 @@ def test_runs_side_by_side_share_none() -> None:
             assert not free & set(bases[1:])
 
 
-def test_a_domain_with_other_nodes_is_left_to_them() -> None:
+@pytest.mark.parametrize("discovery", ["SUBNET", "LOCALHOST"])
+def test_a_domain_with_other_nodes_is_left_to_them(discovery: str, monkeypatch: pytest.MonkeyPatch) -> None:
     rclpy = pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", discovery)
     with free_domain() as first:
         pass
     context = rclpy.context.Context()
@@ -55,3 +57,4 @@ def test_a_domain_with_other_nodes_is_left_to_them() -> None:
     finally:
         node.destroy_node()
         rclpy.try_shutdown(context=context)
+        context.destroy()

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -24,8 +25,6 @@ from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 
 pytestmark = pytest.mark.usefixtures("default_parameters")
-NONE = {"max_range": 10.0}
-"""Parameters as they are: a set must not be empty."""
 
 
 @pytest.fixture(scope="module")
@@ -107,26 +106,31 @@ def test_a_cloud_without_a_valid_point_gets_label_0_everywhere(client: Client) -
 
 
 @pytest.mark.parametrize(
-    ("change", "parameters"),
-    [(1000.0, NONE), (1.0, {"min_region_size": 1_000_000, "small_regions": "remove"}), (np.nan, NONE)],
-    ids=["millimetres", "all small", "all invalid"],
+    ("code", "change", "parameters"),
+    [
+        ("out_of_range", 1000.0, {"max_range": 10.0}),
+        ("no_regions", 1.0, {"min_region_size": 1_000_000, "small_regions": "remove"}),
+        ("all_invalid", np.nan, {"max_range": 10.0}),
+    ],
 )
 def test_an_answer_without_regions_says_why(
-    change: float, parameters: dict[str, Any], client: Client, node: NodeProcess
+    code: str, change: float, parameters: dict[str, Any], client: Client, node: NodeProcess
 ) -> None:
     assert client.set_atomically(parameters).successful
     xyz, rgb = two_sheets()
-    seen, logged = len(client.diagnostics), node.log.count("[WARN]")
+
+    def count() -> int:
+        return int(client.figures().get(f"notice: {code}", "0"))
+
+    seen, before = len(client.diagnostics), count()
     assert not label_column(client.ask(cloud_message(xyz * change, rgb, height=40))).any()
-    (status,) = until(
-        lambda: [s for r in client.diagnostics[seen:] for s in r.status if "1 clouds processed, " in s.message][:1],
-        "a warning in the diagnostics",
-    )
-    assert status.level == b"\x01"
-    code, text = status.message.split("1 clouds processed, ")[1].split(": ", 1)
-    until(lambda: node.log.count("[WARN]") > logged, "a warning in the log")
-    assert f"[{code}] {text}" in node.log
-    assert int({item.key: item.value for item in status.values}[f"notice: {code}"]) >= 1
+    until(lambda: count() > before, "the notice to be counted")
+    reports = [status for report in client.diagnostics[seen:] for status in report.status]
+    texts = [
+        found[1] for s in reports if (found := re.search(rf"\b{code}: ([^;,]*)", s.message)) and s.level == b"\x01"
+    ]
+    assert texts
+    assert f"[{code}] {texts[0]}" in node.log
 
 
 def test_what_is_not_always_made_arrives_while_somebody_subscribes(client: Client) -> None:
