@@ -24,9 +24,14 @@ run mypy --no-error-summary
 # D401 is ruff's: ament_pep257 takes properties for functions.
 run_ament ament_pep257 --add-ignore D213 D401 D413 -- topo_region_seg
 run_ament ament_pycodestyle --config setup.cfg "${sources[@]}"
-if command -v xmllint >/dev/null; then
-  run_ament ament_xmllint package.xml
-else
+# ament_xmllint fetches the schema that package.xml names. Without a network only the form is checked here; the test suite
+# checks the content with catkin_pkg.
+if ! command -v xmllint >/dev/null; then
   echo "  ament_xmllint: skipped, no xmllint on this machine (Debian and Ubuntu: libxml2-utils)"
+elif ament_xmllint package.xml 2>&1 | grep -q 'failed to load external entity'; then
+  echo "  ament_xmllint: the schema cannot be fetched"
+  run xmllint --nonet --noout package.xml
+else
+  run_ament ament_xmllint package.xml
 fi
 exit "$status"

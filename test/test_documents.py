@@ -29,7 +29,12 @@ from topo_region_seg.steps.color import srgb_to_lab
 FOLDERS = ("", "docs", "bags", ".github")
 DOCUMENTS = sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*.md"))
 README = ROOT / "README.md"
-IDS = lambda path: str(path.relative_to(ROOT))  # noqa: E731
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
 OTHERS = {"qos_overrides", "configure", "activate", "NAME"}
 """What stands where parameters do and is none of the tables."""
 LINK = re.compile(r"\[(?P<words>[^\]]*)\]\((?P<target>[^)#\s]*)(?:#(?P<anchor>[^)\s]*))?\)")
@@ -67,7 +72,7 @@ def defined(path: Path, name: str) -> bool:
     return True
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=IDS)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_links_lead_to_files_and_their_headings(document: Path) -> None:
     for words, target, anchor in links(document):
         path = document if not target else (document.parent / target).resolve()
@@ -76,7 +81,7 @@ def test_links_lead_to_files_and_their_headings(document: Path) -> None:
             assert anchor in anchors(path), f"[{words}]({target}#{anchor})"
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=IDS)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_a_link_named_like_a_function_leads_to_the_file_that_defines_it(document: Path) -> None:
     for words, target, _ in links(document):
         if target.endswith(".py") and re.fullmatch(r"`[\w.]+`", words) and "/" not in words:
@@ -104,10 +109,11 @@ def test_the_reference_has_every_public_name() -> None:
     assert documented >= set(topo_region_seg.__all__) - {"__version__"}
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=IDS)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_named_files_and_targets_exist(document: Path) -> None:
     named = re.findall(
-        r"`((?:topo_region_seg|\.ci|\.github|benchmarks|scripts|docs|bags|test|config|launch|security|examples|rviz)/[\w./-]*\w)`",
+        r"`((?:topo_region_seg|\.ci|\.github|benchmarks|scripts|docs|bags|test|config|launch|security|examples|rviz)"
+        r"/[\w./-]*\w)`",
         prose_of(document),
     )
     assert [name for name in named if not (ROOT / name).exists()] == []
@@ -130,7 +136,7 @@ def test_options_of_the_command_line_exist(capsys: pytest.CaptureFixture[str]) -
     assert named and named - known == set()
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=IDS)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_parameters_and_values_that_are_set_exist(document: Path) -> None:
     # What is shown with its output may be there to fail.
     text = re.sub(r"^```console.*?^```", "", text_of(document), flags=re.MULTILINE | re.DOTALL)
@@ -163,7 +169,7 @@ def test_shown_output_is_what_the_tools_print() -> None:
         assert words(shown) == words(scripts["tool_output"](commands)), f"docs/{name}, {part}; run: make docs"
 
 
-@pytest.mark.parametrize("document", [README, ROOT / "docs" / "python.md", ROOT / "docs" / "index.md"], ids=IDS)
+@pytest.mark.parametrize("document", [README, ROOT / "docs" / "python.md", ROOT / "docs" / "index.md"], ids=name_of)
 def test_python_examples_run(document: Path, warm_kernels: None) -> None:
     xyz, rgb = clouds.scene(64, 48)
     names: dict[str, Any] = {"xyz": xyz, "rgb": rgb, "lab": srgb_to_lab(rgb), "params": Params()}

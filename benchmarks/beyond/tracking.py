@@ -47,6 +47,7 @@ SHARE = 0.5
 SAME = 0.5
 """Intersection over union of two regions of consecutive frames from which on they are taken for one thing."""
 OUTPUTS = ("regions", "objects")
+PICTURES = 4
 
 
 class Variant(NamedTuple):
@@ -190,17 +191,19 @@ def measure(setting: Setting, images: Path) -> str:
             static_rows.append([f"{output}, scene {scene}", *(f"{100.0 * share:.2f}" for share in shares)])
             for name in times:
                 times[name] += [step.ms for step in rest[name]]
+            still_shares = {name: changed([s.tracked for s in steps]) for name, steps in rest.items()}
+            del rest  # some hundred frames with many labels each fill the memory
             cameras = orbit(Camera.kinect(), moving, SWEEP * moving / ORBIT_FRAMES)
             round_it = follow(simulated(scene, cameras), params, others)
             counts = [switches(round_it[TRACKED], labels) for labels in _shown(round_it)]
             moving_rows.append([f"{output}, scene {scene}", str(counts[0][1]), *(str(count) for count, _ in counts)])
             if output == OUTPUTS[0]:
-                for name in rest:
-                    share = changed([s.tracked for s in rest[name]])
-                    count = switches(round_it[name], [s.tracked for s in round_it[name]])[0]
-                    ablation.setdefault(name, []).append((share, count))
+                for name, steps in round_it.items():
+                    count = switches(steps, [s.tracked for s in steps])[0]
+                    ablation.setdefault(name, []).append((still_shares[name], count))
                 if scene == 0:
-                    shown = round_it[TRACKED]
+                    shown = [round_it[TRACKED][i] for i in np.linspace(0, moving - 1, PICTURES).astype(int)]
+            del round_it
         for name, stream in streams_apart().items():
             steps = follow(stream, params)
             pairs = [mismatches(steps[TRACKED], labels) for labels in _shown(steps)]
@@ -254,11 +257,10 @@ def _moving_things() -> str:
 
 
 def _picture(steps: Sequence[Step], path: Path) -> None:
-    """Draw some frames of a stream with both kinds of labels."""
-    chosen = [steps[i] for i in np.linspace(0, len(steps) - 1, 4).astype(int)]
+    """Draw frames with both kinds of labels."""
     figure = Figure(figsize=(14, 5.4), dpi=80, facecolor="white")
-    axes = figure.subplots(2, len(chosen))
-    for column, step in enumerate(chosen):
+    axes = figure.subplots(2, len(steps))
+    for column, step in enumerate(steps):
         for row, (name, labels) in enumerate((("untracked", step.plain), ("tracked", step.tracked))):
             panel = region_colors(own_colors(step.cloud), labels)
             axes[row, column].imshow(panel.reshape(step.cloud.height, step.cloud.width, 3)[::2, ::2])

@@ -148,7 +148,7 @@ def _no_sieve() -> None:
     leaf, edge_length, bits_of = 8, predicate.edge_length, queue.bits_of
     far = np.int64(0x7FF0000000000000)
 
-    def meet_leaves(leaves, roots, limits, start_a, start_b, end, shortest_only, edges, n_edges):  # type: ignore[no-untyped-def]
+    def meet_leaves(leaves, roots, limits, start_a, start_b, end, shortest_only, edges, n_edges):
         first, later, n = n_edges, far, len(leaves.order)
         for a in range(start_a, min(start_a + leaf, n)):
             p = leaves.order[np.uint64(a)]

@@ -229,9 +229,12 @@ def test_another_frame_id_or_image_size_begins_a_new_stream() -> None:
     assert at(tracker.follow(*frame(C), 1.0, "left"), C) == 3
     assert at(tracker.follow(*frame(C), 2.0, "right"), C) == 1
     tracker.follow(*frame(A, B, C), 3.0, "right")
-    cloud, seg = frame(C)
+    assert at(tracker.follow(*frame(B), 4.0, "right"), B) == 3
+    cloud, seg = frame(B)
+    assert at(tracker.follow(replace(cloud, height=96, width=32), seg, 5.0, "right"), B) == 1
+    tracker.follow(replace(cloud, height=96, width=32), frame(A, B, C)[1], 6.0, "right")
     row_by_row = replace(cloud, height=1, width=len(cloud))
-    assert at(tracker.follow(row_by_row, seg, 4.0, "right"), C) == 1
+    assert at(tracker.follow(row_by_row, frame(A)[1], 7.0, "right"), A) == 1
 
 
 def test_the_same_stamp_again_is_the_same_stream() -> None:

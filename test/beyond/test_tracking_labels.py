@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from topo_region_seg.beyond.tracking import labels, tracker
 from topo_region_seg.beyond.tracking.labels import LARGEST, LabelPool
 from topo_region_seg.beyond.tracking.tracker import Tracker
-from topo_region_seg.beyond.tracking.tracks import MEMORY
+from topo_region_seg.beyond.tracking.tracks import MEMORY, Tracks
 from topo_region_seg.data import Barcode, Cloud, Components, RegionTable, SegmentationWarning
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation
@@ -177,3 +177,17 @@ def test_what_holding_keeps_does_not_grow_either() -> None:
         if stamp > MEMORY:
             sizes.append(size_of(followed, set()))
     assert max(sizes) < 1.01 * min(sizes)
+
+
+def test_regions_in_sight_are_expected_a_step_farther_and_lost_ones_where_they_were() -> None:
+    def at(place: float) -> Any:
+        return replace(stripes([0])[1].regions, centroid=np.array([[place, 0.0, 1.0]]))
+
+    label, same, none = np.ones(1, np.uint32), np.zeros(1, np.int64), np.full(1, -1)
+    moved = Tracks.none().seen(at(0.0), label, none).seen(at(0.03), label, same)
+    assert moved.expected_centers()[0, 0] == pytest.approx(0.06)
+    hidden = moved.lost_since(none).lost_since(none)
+    assert hidden.lost.tolist() == [2]
+    assert hidden.expected_centers()[0, 0] == pytest.approx(0.03)
+    back = hidden.seen(at(0.09), label, same)  # two frames not seen, so three steps
+    assert back.expected_centers()[0, 0] == pytest.approx(0.11)
