@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -16,11 +17,16 @@ HOLD = "import ros_domains, sys\nwith ros_domains.free_domain() as d:\n    print
 
 
 def test_runs_side_by_side_share_none() -> None:
+    environment = os.environ | {"PYTHONPATH": os.fspath(TEST)}
     with ExitStack() as runs:
         processes = [
             runs.enter_context(
                 subprocess.Popen(
-                    [sys.executable, "-c", HOLD], cwd=TEST, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+                    [sys.executable, "-c", HOLD],
+                    env=environment,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    text=True,
                 )
             )
             for _ in range(4)
