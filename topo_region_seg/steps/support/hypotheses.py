@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from topo_region_seg.compiled.dialect import kernel, summing
+from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
 from topo_region_seg.data import FloatArray, IntArray
 
 FIRST = 128
@@ -65,21 +66,9 @@ def draws_needed(share: float, miss: float) -> int:
 @summing
 def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> FloatArray:
     """Return count, sums and sums of products (10,) of the points within `distance` (m) of a plane."""
-    count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
-    sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    moments = NO_MOMENTS
     u, v, w = normal[0], normal[1], normal[2]
     for i in range(len(xyz)):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        near = abs(u * x + v * y + w * z + offset) <= distance
-        x, y, z = x if near else 0.0, y if near else 0.0, z if near else 0.0
-        count += 1.0 if near else 0.0
-        sx += x
-        sy += y
-        sz += z
-        sxx += x * x
-        sxy += x * y
-        sxz += x * z
-        syy += y * y
-        syz += y * z
-        szz += z * z
-    return np.array([count, sx, sy, sz, sxx, sxy, sxz, syy, syz, szz])
+        moments = with_point(moments, abs(u * x + v * y + w * z + offset) <= distance, x, y, z)
+    return np.array(moments)
