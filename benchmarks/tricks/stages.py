@@ -156,7 +156,8 @@ def patches() -> Work:
     filtered, params = segmented("supervoxels").filtered, Params(output="supervoxels")
     limits = criterion(filtered.growth, filtered.growth.radius)
     root = filtered.components.root
-    return partial(supervoxels, filtered.channels, filtered.tree, root, filtered.weight, limits, params)
+    xyz, channels = filtered.xyz, filtered.channels
+    return partial(supervoxels, xyz, channels, filtered.tree, root, filtered.weight, limits, params)
 
 
 def local() -> Work:
