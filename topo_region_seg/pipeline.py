@@ -63,7 +63,7 @@ class Pipeline:
             As decoded, invalid points included.
         warn : callable, optional
             Called with the code and text of each notice: the cloud had to be thinned to `max_points`, or parameters
-            differ from their defaults in vain (once). Without it they become a :class:`SegmentationWarning`.
+            differ from their defaults without effect (once). Without it they become a :class:`SegmentationWarning`.
 
         Raises
         ------

@@ -217,7 +217,7 @@ def measure(setting: Setting, images: Path) -> str:
         "degrees: how often a true segment got a label other than its last one.",
         table(["", "sightings", "untracked", TRACKED, HELD], moving_rows),
         "What each part brings there: regions, the mean over the scenes at rest and the sum over those that the camera "
-        "moves round.",
+        "moves around.",
         table(
             ["", "points changing their label, percent", "switches"],
             [

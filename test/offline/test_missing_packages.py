@@ -64,7 +64,10 @@ def lines_of(folder: Path) -> dict[str, tuple[list[str], set[str]]]:
         "help": (["--help"], set()),
         "segment": (["segment", str(folder / "in.ply"), "-o", f"{out}.ply"], TAKES_PARAMETERS),
         "segment PCD": (["segment", str(folder / "in.pcd")], TAKES_PARAMETERS | {"lzf"}),
-        "segment to PCD": (["segment", str(folder / "in.ply"), "-o", f"{out}.pcd"], TAKES_PARAMETERS | {"pypcd4", "lzf"}),
+        "segment to PCD": (
+            ["segment", str(folder / "in.ply"), "-o", f"{out}.pcd"],
+            TAKES_PARAMETERS | {"pypcd4", "lzf"},
+        ),
         "segment and draw": (["segment", str(folder / "in.ply"), "--barcode", f"{out}.png"], TAKES_PARAMETERS | DRAWS),
         "inspect": (["inspect", bag], READS_BAGS | TABLES),
         "replay": (["replay", bag], READS_BAGS | TABLES),

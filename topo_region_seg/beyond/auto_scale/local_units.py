@@ -3,8 +3,8 @@
 """Lengths in units of the spacing and the noise that the sensor leaves, which grow with the distance.
 
 A camera's points are as far apart as the pixel's angle times the depth. In the coordinates (x/z, y/z, ln z) that
-spacing is the same everywhere, so one radius serves near and far things alike. Where points lie closer than
-REFERENCE_SPACING all lengths are what they say: things near by have the regions that they have there.
+spacing is the same everywhere, so one radius serves near and far things alike. Where points lie closer together
+than REFERENCE_SPACING lengths stay metres: things nearby keep the regions that they have without `auto`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NEAREST = 0.05
 STRAY = 0.02
 """Share of the points that may be nearer, or farther off the middle of the view, than a camera's points are."""
 SAMPLE = 2_000
-"""About how many points tell where the camera looks and, where there is no image grid, the spacing and the noise."""
+"""About how many points show where the camera looks and, where there is no image grid, the spacing and the noise."""
 PAIRS = 20_000
 """About how many points of an image grid tell them."""
 APART = 4
@@ -52,7 +52,7 @@ class LocalUnits:
     depth : float
         Depth from which on lengths grow with it, metres: points are REFERENCE_SPACING apart there; inf: they do not.
     everywhere : float
-        How many times as long lengths are at the least, whatever the depth; 1 unless `depth` is inf.
+        Factor by which lengths grow at least, whatever the depth; 1 unless `depth` is inf.
     noise : float
         Standard deviation of the inverse depth, 1/m. That of the depth is its square times as much.
     middle : float
@@ -70,7 +70,7 @@ class LocalUnits:
         return growths(xyz, self.axes[2], self.depth, self.everywhere)
 
     def at(self, xyz: FloatArray) -> FloatArray:
-        """Return positions (N, 3), metres, in coordinates in which lengths are what they say; `xyz` where they are."""
+        """Return positions (N, 3) in coordinates in which one length serves all; `xyz` itself if metres do."""
         if np.max(self.growth(xyz), initial=1.0) == 1.0:
             return xyz
         return xyz / self.everywhere if math.isinf(self.depth) else evened(xyz, self.axes, self.depth)
