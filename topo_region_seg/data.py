@@ -65,7 +65,7 @@ class Notice:
 
 
 class SegmentationWarning(UserWarning):
-    """A notice about a result, where nobody else takes it."""
+    """A notice about a result that nobody else takes, as a Python warning."""
 
 
 @dataclass(frozen=True)

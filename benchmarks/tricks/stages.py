@@ -160,6 +160,16 @@ def patches() -> Work:
     return partial(supervoxels, xyz, channels, filtered.tree, root, filtered.weight, limits, params)
 
 
+def scattered_patches() -> Work:
+    """Divide points of random colors into supervoxels: nearly every point is a patch."""
+    points, params = hostile.random_colors(26_000, 0.03), PEERS.replace(output="supervoxels")
+    growth, tree = growth_of_output(params), position_tree(points.xyz)
+    channels = homogeneity_channels(points.xyz, points.lab, points.normals, growth)
+    limits, weight = criterion(growth, growth.radius), np.ones(len(points.xyz), np.int64)
+    root = filtration(channels, limits, growth.max_radius, tree).root
+    return partial(supervoxels, points.xyz, channels, tree, root, weight, limits, params)
+
+
 def local() -> Work:
     """Find the spacing and noise of the cloud, and the coordinates in which lengths do not grow."""
     cloud, xyz = cropped()
@@ -200,5 +210,6 @@ STAGES: dict[str, Callable[[], Work]] = {
     "objects": objects,
     "adjacency": borders,
     "supervoxels": patches,
+    "supervoxels, random": scattered_patches,
     "local_units": local,
 }

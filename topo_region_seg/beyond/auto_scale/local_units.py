@@ -66,7 +66,7 @@ class LocalUnits:
     middle: float = 0.0
 
     def growth(self, xyz: FloatArray) -> FloatArray:
-        """Return how many times as long as they say lengths are at positions (N, 3), metres; (N,), at least 1."""
+        """Return the factor by which lengths grow at positions (N, 3), metres; (N,), at least 1."""
         return growths(xyz, self.axes[2], self.depth, self.everywhere)
 
     def at(self, xyz: FloatArray) -> FloatArray:
