@@ -31,6 +31,7 @@ SHOWN = {
     "F75": "f75",
     "P@.5": "precision_50",
     "R@.5": "recall_50",
+    "bnd F": "boundary_f",
     "rep.": "reported",
     "true": "true",
     "CPU ms": "cpu_ms",

@@ -56,11 +56,11 @@ def contingency(truth: LabelArray, labels: LabelArray) -> Contingency:
 
 def _numbered(labels: LabelArray) -> tuple[LabelArray, IntArray, IntArray]:
     """Return the labels that occur, the row of each point among them, and their numbers of points."""
-    if len(labels) and labels.max() < _FEW:
-        size = np.bincount(labels)
-        known = np.flatnonzero(size)
-        row = np.zeros(len(size), np.int64)
-        row[known] = np.arange(len(known))
-        return known.astype(np.uint32), row[labels], size[known]
+    if len(labels) and int(np.max(labels)) < _FEW:
+        counts = np.bincount(labels)
+        numbers = np.flatnonzero(counts)
+        row = np.zeros(len(counts), np.int64)
+        row[numbers] = np.arange(len(numbers))
+        return numbers.astype(np.uint32), row[labels], counts[numbers]
     known, inverse, size = np.unique(labels, return_inverse=True, return_counts=True)
-    return known, inverse, size
+    return known, inverse.astype(np.int64), size.astype(np.int64)
