@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The frames with truth, by data set."""
+"""The frames with truth, by data set: recorded tabletops, other cameras and scenes, and simulated ones of all kinds."""
 
 from __future__ import annotations
 
@@ -8,14 +8,21 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks import recordings
 from topo_region_seg.data import Cloud, LabelArray
+from topo_region_seg.offline.evaluation.measures import FIRST_OBJECT, PER_OBJECT
+from topo_region_seg.offline.simulation.kinds import SCENES as SIMULATED
+from topo_region_seg.offline.simulation.kinds import SENSORS, simulated
 
 SCENES = Path(__file__).resolve().parents[3] / "shared" / "data" / "scenes"
+SEEDS = (11, 12)
+LEAST_SEEN = 100
+"""Points of a simulated object below which it counts as unknown: hardly a pixel of it is seen."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +39,15 @@ class Sample:
         Whether all objects have truth; without, precision is not known.
     kind : str
         What is to be seen.
+    parts : bool
+        Whether labels with the same tens are parts of one object.
     """
 
     cloud: Cloud
     truth: LabelArray
     complete: bool
     kind: str
+    parts: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,7 +74,7 @@ class DataSet:
 
 def data_sets() -> dict[str, DataSet]:
     """Return all data sets by name."""
-    return {"tabletop": _tabletop(), "scenes": _scenes()}
+    return {"tabletop": _tabletop(), "scenes": _scenes(), "simulated": _simulated()}
 
 
 def _tabletop() -> DataSet:
@@ -74,7 +84,7 @@ def _tabletop() -> DataSet:
 
 def _tabletop_frame(name: str) -> Sample:
     frame = next(frame for frame in recordings.frames() if frame.name == name)
-    return Sample(frame.cloud(), frame.truth, True, "tabletop")
+    return Sample(frame.cloud(), frame.truth, True, "tabletop", parts=True)
 
 
 def _scenes() -> DataSet:
@@ -102,3 +112,18 @@ def _scene(name: str) -> Sample:
     about = _catalog()[name]
     cloud = Cloud(xyz.reshape(-1, 3).astype(np.float32), rgb.reshape(-1, 3), *depth.shape)
     return Sample(cloud, known.ravel(), bool(about["all_objects_labelled"]), str(about["scene"] or "other"))
+
+
+def _simulated() -> DataSet:
+    names = [f"{scene}, {sensor}, {seed}" for scene, sensor, seed in product(SIMULATED, SENSORS, SEEDS)]
+    return DataSet("Simulated scenes, each seen by three kinds of camera", names, _simulated_frame)
+
+
+def _simulated_frame(name: str) -> Sample:
+    scene, sensor, seed = name.split(", ")
+    frame = simulated(scene, sensor, int(seed))
+    truth = np.where(frame.labels >= FIRST_OBJECT, frame.labels // PER_OBJECT * PER_OBJECT, frame.labels)
+    labels, size = np.unique(truth, return_counts=True)
+    hardly_seen = labels[(labels >= FIRST_OBJECT) & (size < LEAST_SEEN)]
+    truth[np.isin(truth, hardly_seen)] = 0
+    return Sample(frame.cloud, truth.astype(np.uint32), True, f"{scene}, {sensor}")
