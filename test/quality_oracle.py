@@ -9,6 +9,7 @@ from fractions import Fraction
 from itertools import product
 
 import numpy as np
+from scipy.optimize import linprog
 from sklearn.metrics import adjusted_rand_score
 
 NAMES = (
@@ -16,6 +17,9 @@ NAMES = (
     *("overlap_precision", "overlap_recall", "overlap_f", "f75", "precision_50", "recall_50"),
     *("precision_75", "recall_75", "false_objects", "boundary_f"),
 )
+
+FEW = 6
+"""Segments up to which all assignments are tried."""
 
 
 def measures(truth: np.ndarray, labels: np.ndarray, valid: np.ndarray, height: int, width: int) -> dict:
@@ -78,33 +82,46 @@ def f_of(precision: float, recall: float) -> float:
 
 
 def assignment(segments: dict[int, set[int]], regions: dict[int, set[int]]) -> list[tuple[int, int]]:
-    """The one-to-one pairs with the largest sum of F: of equal ones more above 0.75, then more common points."""
-    return assignments(segments, regions)[0]
+    """The one-to-one pairs with the largest sum of F; of equal ones those with more common points."""
+    return by_program(segments, regions) if len(segments) > FEW else assignments(segments, regions)[0]
 
 
 def tied(truth: np.ndarray, labels: np.ndarray, valid: np.ndarray) -> bool:
-    """Whether several assignments are equally good, which matters for boundaries alone."""
+    """Whether several assignments are equally good, which matters for boundaries and F above 0.75 alone."""
     points = np.flatnonzero(valid).tolist()
     return len(assignments(sets(truth, points, 20), sets(labels, points, 1))) > 1
 
 
 def assignments(segments: dict[int, set[int]], regions: dict[int, set[int]]) -> list[list[tuple[int, int]]]:
     """All best assignments. Region after region, the best ways to have used each set of segments are kept."""
-    best: dict[frozenset[int], tuple] = {frozenset(): (Fraction(0), 0, 0, [[]])}
+    best: dict[frozenset[int], tuple] = {frozenset(): (Fraction(0), 0, [[]])}
     for s, region in regions.items():
         after = dict(best)
-        for used, (total, well, common, ways) in best.items():
+        for used, (total, common, ways) in best.items():
             for g, segment in segments.items():
                 if segment & region and g not in used:
-                    f = dice(segment, region)
-                    worth = (total + f, well + (f > 0.75), common + len(segment & region))
+                    worth = (total + dice(segment, region), common + len(segment & region))
                     longer = [[*way, (g, s)] for way in ways]
                     known = after.get(used | {g}, (*worth, []))
-                    if worth >= known[:3]:
-                        after[used | {g}] = (*worth, longer + (known[3] if worth == known[:3] else []))
+                    if worth >= known[:2]:
+                        after[used | {g}] = (*worth, longer + (known[2] if worth == known[:2] else []))
         best = after
-    most = max(found[:3] for found in best.values())
-    return [way for found in best.values() if found[:3] == most for way in found[3]]
+    most = max(found[:2] for found in best.values())
+    return [way for found in best.values() if found[:2] == most for way in found[2]]
+
+
+def by_program(segments: dict[int, set[int]], regions: dict[int, set[int]]) -> list[tuple[int, int]]:
+    """The same as a linear program, for many segments: each is used once at most, and so is each region."""
+    pairs = [(g, s) for g, s in product(segments, regions) if segments[g] & regions[s]]
+    worth = [-float(dice(segments[g], regions[s])) for g, s in pairs]
+    once = np.array([[name in pair for pair in tagged(pairs)] for name in {n for p in tagged(pairs) for n in p}])
+    found = linprog(worth, A_ub=once, b_ub=np.ones(len(once)), method="highs-ds")
+    assert np.allclose(found.x, np.round(found.x))
+    return [pair for pair, used in zip(pairs, found.x, strict=True) if used > 0.5]
+
+
+def tagged(pairs: list[tuple[int, int]]) -> list[tuple[tuple[str, int], tuple[str, int]]]:
+    return [(("segment", g), ("region", s)) for g, s in pairs]
 
 
 def boundary_f(

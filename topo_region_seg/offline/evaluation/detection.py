@@ -26,8 +26,8 @@ from topo_region_seg.offline.evaluation.contingency import Contingency
 WELL_SEGMENTED = 0.75
 """F above which a true segment counts as segmented well."""
 
-_WELL_SEGMENTED_FIRST, _POINTS_NEXT = 1e-7, 1e-9
-"""Of assignments with the same sum of F that with more well segmented pairs counts, then that with more points."""
+_POINTS_NEXT = 1e-9
+"""Of assignments with the same sum of F that with more common points counts."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def _assignment(d: Detection, f: FloatArray) -> IntArray:
     """Return the rows of the pairs that are assigned; pairs that share no point are not."""
     if not len(f):
         return np.zeros(0, np.int64)
-    score = f + _WELL_SEGMENTED_FIRST * (f > WELL_SEGMENTED) + _POINTS_NEXT * d.shared / d.shared.sum()
+    score = f + _POINTS_NEXT * d.shared / d.shared.sum()
     # Labels that share no points, not even by way of others, do not compete: each such part is a problem of its own.
     count = len(d.counted.truths) + len(d.counted.labels)
     graph = coo_matrix((np.ones(len(f), np.int8), (d.segment, len(d.counted.truths) + d.region)), (count, count))
