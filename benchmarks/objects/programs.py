@@ -36,19 +36,19 @@ def ours(cloud: Cloud, params: Params, repeats: int) -> Found:
     return seg.labels, float(np.median(times))
 
 
-def of_pcl(method: str, plane: float, cloud: Cloud) -> Found:
-    """Let PCL find objects, after it has removed a plane (m; 0: none)."""
+def of_pcl(method: str, value: float, plane: float, cloud: Cloud) -> Found:
+    """Let PCL find objects, after it has removed a plane (m; 0: none); see :func:`benchmarks.pcl_peers.objects`."""
     labels = np.zeros(len(cloud), np.uint32)
     rows = np.flatnonzero(np.isfinite(cloud.xyz).all(axis=1))
     with tempfile.TemporaryDirectory(prefix="objects-") as folder:
-        timing, found = pcl_peers.objects(cloud, rows, method, Path(folder), plane=plane)
+        timing, found = pcl_peers.objects(cloud, rows, method, value, Path(folder), plane=plane)
     labels[rows] = found
     return labels, timing.median
 
 
 PEERS: Mapping[str, Callable[[Cloud], Found]] = {
-    "PCL LCCP": partial(of_pcl, "lccp", 0.0),
-    "PCL plane + LCCP": partial(of_pcl, "lccp", 0.01),
-    "PCL plane + RegionGrowing": partial(of_pcl, "region_growing", 0.01),
-    "PCL plane + Euclidean clusters": partial(of_pcl, "clusters", 0.01),
+    "PCL LCCP": partial(of_pcl, "lccp", 0.0075, 0.0),
+    "PCL plane + LCCP": partial(of_pcl, "lccp", 0.0075, 0.01),
+    "PCL plane + RegionGrowing": partial(of_pcl, "region_growing", 3.0, 0.01),
+    "PCL plane + Euclidean clusters": partial(of_pcl, "clusters", 0.02, 0.01),
 }

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 // SPDX-License-Identifier: Apache-2.0
-// objects METHOD POINTS PLANE SMALLEST REPEATS LABELS
+// objects METHOD VALUE POINTS PLANE SMALLEST LABELS
 //   POINTS: rows of x, y, z (m) float32 and the bits of 0x00RRGGBB, in the sensor frame, all finite. The plane with most
-//   inliers within PLANE (m) is removed first; 0 = none is. METHOD is one of these, with the values of PCL's tutorials:
-//   lccp: VCCS supervoxels (voxels of 7.5 mm, seeds 30 mm apart, no color), united by local convexity;
-//   region_growing: normals from 30 points, angles to 3 degrees, curvature to 1;
-//   clusters: Euclidean clusters of points up to 20 mm apart.
-//   Writes each point's object, counted from 1, 0 = none or fewer than SMALLEST points (int32). Times are of the
-//   processor, all threads together.
+//   inliers within PLANE (m) is removed first; 0 = none is. METHOD is one of these:
+//   lccp: VCCS supervoxels of voxels of VALUE (m), seeds four times as far apart, no color, united by local convexity;
+//   region_growing: normals from 30 points, angles to VALUE (degrees), curvature to 1;
+//   clusters: Euclidean clusters of points up to VALUE (m) apart.
+//   Writes each point's object, counted from 1, 0 = none or fewer than SMALLEST points (int32). The time is the
+//   processor's, all threads together.
 
 #include <cmath>
 #include <cstring>
@@ -58,8 +58,8 @@ Labels numbered(const std::vector<pcl::PointIndices>& groups, std::size_t count)
   return labels;
 }
 
-Labels lccp(const Cloud::Ptr& cloud, int) {
-  const float voxel = 0.0075f, seed = 0.03f;
+Labels lccp(const Cloud::Ptr& cloud, float voxel, int) {
+  const float seed = 4.0f * voxel;
   pcl::SupervoxelClustering<Point> clustering(voxel, seed);
   clustering.setUseSingleCameraTransform(false);
   clustering.setInputCloud(cloud);
@@ -84,7 +84,7 @@ Labels lccp(const Cloud::Ptr& cloud, int) {
   return labels;
 }
 
-Labels region_growing(const Cloud::Ptr& cloud, int smallest) {
+Labels region_growing(const Cloud::Ptr& cloud, float angle, int smallest) {
   auto tree = std::make_shared<pcl::search::KdTree<Point>>();
   auto normals = std::make_shared<pcl::PointCloud<pcl::Normal>>();
   pcl::NormalEstimationOMP<Point, pcl::Normal> estimation;
@@ -98,16 +98,16 @@ Labels region_growing(const Cloud::Ptr& cloud, int smallest) {
   growing.setNumberOfNeighbours(30);
   growing.setInputCloud(cloud);
   growing.setInputNormals(normals);
-  growing.setSmoothnessThreshold(3.0f * static_cast<float>(M_PI) / 180.0f);
+  growing.setSmoothnessThreshold(angle * static_cast<float>(M_PI) / 180.0f);
   growing.setCurvatureThreshold(1.0f);
   std::vector<pcl::PointIndices> groups;
   growing.extract(groups);
   return numbered(groups, cloud->size());
 }
 
-Labels euclidean(const Cloud::Ptr& cloud, int smallest) {
+Labels euclidean(const Cloud::Ptr& cloud, float apart, int smallest) {
   pcl::EuclideanClusterExtraction<Point> extraction;
-  extraction.setClusterTolerance(0.02);
+  extraction.setClusterTolerance(apart);
   extraction.setMinClusterSize(smallest);
   extraction.setSearchMethod(std::make_shared<pcl::search::KdTree<Point>>());
   extraction.setInputCloud(cloud);
@@ -120,10 +120,10 @@ Labels euclidean(const Cloud::Ptr& cloud, int smallest) {
 
 std::string objects(const std::vector<std::string>& arguments) {
   if (arguments.size() != 6) throw std::invalid_argument("objects takes six arguments");
-  const std::map<std::string, Labels (*)(const Cloud::Ptr&, int)> methods{
+  const std::map<std::string, Labels (*)(const Cloud::Ptr&, float, int)> methods{
       {"lccp", lccp}, {"region_growing", region_growing}, {"clusters", euclidean}};
   const auto method = methods.at(arguments[0]);
-  const auto numbers = read_numbers<float>(arguments[1]);
+  const auto numbers = read_numbers<float>(arguments[2]);
   auto cloud = std::make_shared<Cloud>(numbers.size() / 4, 1);
   for (std::size_t i = 0; i < cloud->size(); ++i) {
     Point& point = (*cloud)[i];
@@ -132,22 +132,19 @@ std::string objects(const std::vector<std::string>& arguments) {
     point.a = 255;
   }
   cloud->is_dense = true;
-  const int smallest = std::stoi(arguments[3]);
+  const int smallest = std::stoi(arguments[4]);
 
-  std::vector<std::int32_t> found;
-  std::string times;
-  for (int i = 0; i < std::stoi(arguments[4]); ++i) {
-    const std::clock_t started = std::clock();
-    const auto kept = off_plane(cloud, std::stof(arguments[2]));
-    const auto rest = std::make_shared<Cloud>(*cloud, *kept);
-    const Labels labels = method(rest, smallest);
-    times += (i ? ", " : "") + std::to_string(1e3 * static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC);
-    std::map<std::uint32_t, int> sizes;
-    for (const auto label : labels) ++sizes[label];
-    found.assign(cloud->size(), 0);
-    for (std::size_t row = 0; row < labels.size(); ++row)
-      if (sizes[labels[row]] >= smallest) found[(*kept)[row]] = static_cast<std::int32_t>(labels[row]);
-  }
+  const std::clock_t started = std::clock();
+  const auto kept = off_plane(cloud, std::stof(arguments[3]));
+  const auto rest = std::make_shared<Cloud>(*cloud, *kept);
+  const Labels labels = method(rest, std::stof(arguments[1]), smallest);
+  const double ms = 1e3 * static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
+
+  std::map<std::uint32_t, int> sizes;
+  for (const auto label : labels) ++sizes[label];
+  std::vector<std::int32_t> found(cloud->size(), 0);
+  for (std::size_t row = 0; row < labels.size(); ++row)
+    if (sizes[labels[row]] >= smallest) found[(*kept)[row]] = static_cast<std::int32_t>(labels[row]);
   write_numbers(arguments[5], found);
-  return "\"objects\": {\"times_ms\": [" + times + "]}";
+  return "\"objects\": {\"times_ms\": [" + std::to_string(ms) + "]}";
 }

@@ -72,7 +72,7 @@ def object_boundary_f(
         Which region stands for which segment.
     """
     objects, regions = true_edge & (segments > 0), own_edge & (labels > 0)
-    regions[regions] = np.isin(labels[regions], np.concatenate([assigned.regions, assigned.others]))
+    regions[regions] = np.isin(labels[regions], assigned.counted)
     true_pixels, own_pixels = int(np.count_nonzero(objects)), int(np.count_nonzero(regions))
     if not true_pixels:
         return None

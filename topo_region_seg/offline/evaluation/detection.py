@@ -38,13 +38,13 @@ class Assigned:
     ----------
     segments, regions : (P,) uint32
         Labels of each pair.
-    others : uint32 array
-        Labels of the regions that stand for none and are not mostly where the truth is unknown.
+    counted : uint32 array
+        Labels of all regions that are right or false.
     """
 
     segments: LabelArray
     regions: LabelArray
-    others: LabelArray
+    counted: LabelArray
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,8 @@ class Detection:
 
     def assigned(self) -> Assigned:
         """Return the labels that are assigned to each other."""
-        c, others = self.counted, self._counts()
-        others[self.region[self.chosen]] = False
-        return Assigned(c.truths[self.segment[self.chosen]], c.labels[self.region[self.chosen]], c.labels[others])
+        c, segment, region = self.counted, self.segment[self.chosen], self.region[self.chosen]
+        return Assigned(c.truths[segment], c.labels[region], c.labels[self._counts()])
 
     def _counts(self) -> BoolArray:
         """Which regions' points are right or false, (L,): those of an assigned one count even if most are unknown."""
