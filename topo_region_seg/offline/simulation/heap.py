@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from topo_region_seg.data import FloatArray
+from topo_region_seg.data import BoolArray, FloatArray
 from topo_region_seg.offline.simulation.camera import TABLE_CENTER
 from topo_region_seg.offline.simulation.hollow import Compound, Cup
 from topo_region_seg.offline.simulation.scene import Body, Color, Paint, Scene
@@ -98,7 +98,7 @@ def _extents(shape: Shape, lying: bool) -> tuple[float, float, float]:
 
 def _footprint(
     top: FloatArray, half: tuple[float, float], spot: tuple[float, float], size: tuple[float, float], yaw: float
-) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+) -> BoolArray:
     """Return the cells under a rectangle of half extents `size`, turned by `yaw`."""
     x = (np.arange(top.shape[0]) + 0.5) * CELL - half[0] - spot[0]
     y = (np.arange(top.shape[1]) + 0.5) * CELL - half[1] - spot[1]

@@ -104,7 +104,8 @@ def _mantle(origin: FloatArray, directions: FloatArray, radius: float) -> tuple[
     inside = half_b * half_b - a * (float(origin[:2] @ origin[:2]) - radius * radius)
     with np.errstate(divide="ignore", invalid="ignore"):
         near, far = (-half_b - np.sqrt(inside)) / a, (-half_b + np.sqrt(inside)) / a
-    return tuple(np.where((inside > 0) & (t > 0), t, np.inf) for t in (near, far))  # type: ignore[return-value]
+    hit = inside > 0
+    return np.where(hit & (near > 0), near, np.inf), np.where(hit & (far > 0), far, np.inf)
 
 
 def _keep(t: FloatArray, face: IntArray, root: FloatArray, number: int) -> None:
