@@ -329,3 +329,13 @@ def test_a_run_without_frames_has_a_page(tmp_path, capsys):
     assert main(["report", str(tmp_path / "none.mcap")]) == 0
     words = " ".join(Elements((tmp_path / "none.html").read_text(encoding="utf-8")).words)
     assert "too_many_points" in words and "6 rejected" in words
+
+
+def test_the_numbers_have_the_measures_of_detection_that_the_truth_allows(sim, tmp_path):
+    names = ("overlap_f", "precision_50", "recall_50", "false_objects")
+    for options, shown in (([], names), (["--partial-truth"], ("recall_50",))):
+        page = tmp_path / "page.html"
+        assert main(["report", str(sim.with_suffix(".mcap")), "-o", str(page), "--frames", "0", *options]) == 0
+        text = page.read_text(encoding="utf-8")
+        assert [name for name in names if f'<th scope="row">{name}</th>' in text] == [*shown]
+        assert ("on no object" in text) is (not options)

@@ -226,3 +226,19 @@ def test_a_damaged_run_is_compared_as_far_as_it_goes_and_fails(place, tmp_path, 
     said = capsys.readouterr()
     assert f"damaged: {pair[place]}" in said.err
     assert "frames in both" in said.out
+
+
+def test_quality_against_the_truth_is_read_as_asked(runs, capsys, tmp_path):
+    quality = {}
+    for option in ("--source", "--whole-objects", "--partial-truth"):
+        given = [option, SIM] if option == "--source" else [option]
+        assert command(runs[0], runs[2], *given, "--json", tmp_path / "c.json") == 0
+        quality[option] = [
+            pair for frame in json.loads((tmp_path / "c.json").read_text())["frames"] for pair in frame["quality"]
+        ]
+        shown = capsys.readouterr().out
+        assert "true WOv A" in shown and "true overl. F" in shown
+    for parts, whole, partial in zip(*quality.values(), strict=True):
+        assert whole["wov"] != parts["wov"] == partial["wov"]
+        assert partial["overlap_f"] is None and partial["recall_50"] == parts["recall_50"]
+        assert 0.0 < parts["overlap_f"] <= 1.0
