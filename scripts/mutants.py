@@ -34,6 +34,8 @@ from mutation.tree import Tree
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build"
 RESULTS = BUILD / "mutants.json"
+SECONDS = BUILD / "mutants" / "seconds.json"
+"""How long each test file takes with the unchanged sources: the fast ones are run first."""
 EQUIVALENT = Path(__file__).resolve().parent / "mutation" / "equivalent.yaml"
 
 
@@ -70,7 +72,8 @@ def known(mutants: list[Mutant], again: str | None, ids: list[str]) -> dict[str,
 def tried(mutant: Mutant, tree: Tree, limit: float) -> dict[str, Any]:
     """Run the tests of a mutant's room until one fails."""
     started = time.monotonic()
-    tests = tests_of(BY_NAME[mutant.room], mutant.file, tree.root)
+    seconds = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
+    tests = tests_of(BY_NAME[mutant.room], mutant.file, tree.root, seconds)
     with tree.changed(mutant.file, mutant.text) as importable:
         killer = tree.test(tests, limit, BUILD / "mutants" / "tests.log") if importable else "the package's import"
     result = "timeout" if killer == "time limit" else "killed" if killer else "survived"
@@ -86,16 +89,20 @@ def sound(rooms: set[str], tree: Tree, limit: float) -> bool:
     killer = tree.test(tests, limit * len(rooms), log)
     if killer:
         print(f"mutants: error: the unchanged sources fail {killer}: see {log}", file=sys.stderr)
+    else:
+        before = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
+        SECONDS.write_text(json.dumps(before | tree.seconds(log), indent=1) + "\n", encoding="utf-8")
     return not killer
 
 
 def main() -> int:
     """Try, print and return the exit status."""
     args = parsed()
-    mutants = [mutant for mutant in chosen(ROOT, args.seed, args.share) if not args.room or mutant.room in args.room]
+    every = chosen(ROOT, args.seed, args.share)
+    mutants = [mutant for mutant in every if not args.room or mutant.room in args.room]
     if args.id:
         mutants = [mutant for mutant in mutants if mutant.id in args.id]
-    results = known(mutants, args.again, args.id)
+    results = known(every, args.again, args.id)
     equivalent = yaml.safe_load(EQUIVALENT.read_text(encoding="utf-8")) or {}
     left = [mutant for mutant in mutants if mutant.id not in results and mutant.id not in equivalent][: args.number]
     if args.list:

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 PACKAGE = "topo_region_seg"
 NOT_TRIED = {"compiled/cache.py", "compiled/threads.py", "offline/cli/interrupt.py"}
@@ -75,18 +77,19 @@ ROOMS = (
 BY_NAME = {room.name: room for room in ROOMS}
 
 
-def tests_of(room: Room, file: str, root: Path) -> list[str]:
-    """Return the tests that a file of a room must satisfy, those that name it or its folder first.
+def tests_of(room: Room, file: str, root: Path, seconds: Mapping[str, float] = MappingProxyType({})) -> list[str]:
+    """Return the tests that a file of a room must satisfy, those that name it or its folder first, then the fast ones.
 
     A test file counts as the file's own where their names share a word, such as `compare.py` and `test_compare.py`.
+    What each took with the unchanged sources is in `seconds`.
     """
     files: list[Path] = []
     for path in room.tests:
         place = root / "test" / path
         files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place] * place.exists()
-    words = {word for part in Path(file).with_suffix("").parts[-2:] for word in part.rstrip("s").split("_")}
-    ranked = sorted(dict.fromkeys(files), key=lambda place: not words & _words(place))
-    return [place.relative_to(root).as_posix() for place in ranked]
+    words = {word for part in file.removesuffix(".py").split("/")[-2:] for word in part.rstrip("s").split("_")}
+    names = {place.relative_to(root).as_posix(): place for place in files}
+    return sorted(names, key=lambda name: (not words & _words(names[name]), seconds.get(name, 0.0)))
 
 
 def _words(test: Path) -> set[str]:

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from xml.etree import ElementTree
 
 from mutation.rooms import PACKAGE
 
@@ -90,7 +91,8 @@ class Tree:
 
     def test(self, tests: list[str], limit: float, log: Path) -> str:
         """Run tests until the first that fails; return its name, "" if all pass, or why it is not known."""
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", *tests]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header"]
+        command += [f"--junit-xml={log.with_suffix('.xml')}", *tests]
         with log.open("w", encoding="utf-8") as output:
             process = subprocess.Popen(
                 command,
@@ -115,6 +117,16 @@ class Tree:
             if line.startswith(("FAILED ", "ERROR ")):
                 return line.split(" ", 1)[1].partition(" - ")[0]
         return f"exit status {status}"
+
+    def seconds(self, log: Path) -> dict[str, float]:
+        """Return how long each test file took in the run that wrote a log."""
+        found: dict[str, float] = {}
+        for case in ElementTree.parse(log.with_suffix(".xml")).iter("testcase"):
+            parts = case.attrib["classname"].split(".")
+            names = ("/".join(parts[:end]) + ".py" for end in range(len(parts), 0, -1))
+            name = next((name for name in names if (self.root / name).is_file()), "")
+            found[name] = found.get(name, 0.0) + float(case.attrib["time"])
+        return found
 
     def _cache_folder(self) -> Path | None:
         found = subprocess.run(
