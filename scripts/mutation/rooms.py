@@ -29,7 +29,9 @@ class Room:
         found: list[Path] = []
         for path in self.paths:
             place = package / path
-            found += sorted(place.rglob("*.py")) if place.is_dir() else [place] * place.exists()
+            if not place.exists():
+                raise FileNotFoundError(f"{place}: the sources of the room {self.name} are not there")
+            found += sorted(place.rglob("*.py")) if place.is_dir() else [place]
         names = [file.relative_to(package).as_posix() for file in found]
         return [name for name in names if name not in NOT_TRIED and not name.endswith("__init__.py")]
 
@@ -38,8 +40,10 @@ _PIPELINE = ("steps", "test_pipeline.py", "test_sensor.py", "beyond")
 _ROS = (
     "ros/test_worker.py",
     "ros/test_ros_processor.py",
+    "ros/test_input_closing.py",
+    "ros/test_parameter_files.py",
+    "ros/test_dead_segments.py",
     "ros/test_input.py",
-    "ros/test_qos.py",
     "ros/test_advice.py",
     "ros/test_ending.py",
     "ros/test_ros_transport.py",
@@ -86,7 +90,9 @@ def tests_of(room: Room, file: str, root: Path, seconds: Mapping[str, float] = M
     files: list[Path] = []
     for path in room.tests:
         place = root / "test" / path
-        files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place] * place.exists()
+        if not place.exists():
+            raise FileNotFoundError(f"{place}: the tests of the room {room.name} are not there")
+        files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
     words = {word for part in file.removesuffix(".py").split("/")[-2:] for word in part.rstrip("s").split("_")}
     names = {place.relative_to(root).as_posix(): place for place in files}
     return sorted(names, key=lambda name: (not words & _words(names[name]), seconds.get(name, 0.0)))
