@@ -73,9 +73,11 @@ def tried(mutant: Mutant, tree: Tree, limit: float) -> dict[str, Any]:
     """Run the tests of a mutant's room until one fails."""
     started = time.monotonic()
     seconds = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
-    tests = tests_of(BY_NAME[mutant.room], mutant.file, tree.root, seconds)
+    own, others = tests_of(BY_NAME[mutant.room], mutant.file, tree.root, seconds)
+    log = BUILD / "mutants" / "tests.log"
     with tree.changed(mutant.file, mutant.text) as importable:
-        killer = tree.test(tests, limit, BUILD / "mutants" / "tests.log") if importable else "the package's import"
+        runs = (tree.test(tests, limit, log) for tests in (own, others) if tests)
+        killer = next(filter(None, runs), "") if importable else "the package's import"
     result = "timeout" if killer == "time limit" else "killed" if killer else "survived"
     place = {name: getattr(mutant, name) for name in ("room", "file", "line", "operator", "before", "after")}
     return place | {"result": result, "by": killer, "seconds": round(time.monotonic() - started, 1)}
@@ -83,7 +85,7 @@ def tried(mutant: Mutant, tree: Tree, limit: float) -> dict[str, Any]:
 
 def sound(rooms: set[str], tree: Tree, limit: float) -> bool:
     """Try the unchanged sources with the tests of some rooms: a test that fails anyway would kill every mutant."""
-    tests = sorted({test for name in rooms for test in tests_of(BY_NAME[name], "", tree.root)})
+    tests = sorted({test for name in rooms for tests in tests_of(BY_NAME[name], "", tree.root) for test in tests})
     print(f"the unchanged sources, {len(tests)} test files", flush=True)
     log = BUILD / "mutants" / "unchanged.log"
     killer = tree.test(tests, limit * len(rooms), log)

@@ -56,7 +56,12 @@ ROOMS = (
     Room("kernels", ("compiled",), ("compiled/test_lattice.py", *_PIPELINE), 24),
     Room("beyond", ("beyond",), ("beyond", "test_pipeline.py", "steps/test_scales.py"), 30),
     Room("core", ("data.py", "params.py", "segmentation.py", "pipeline.py"), ("test_params.py", *_PIPELINE), 16),
-    Room("cloud", ("cloud",), ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py"), 26),
+    Room(
+        "cloud",
+        ("cloud",),
+        ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py", "offline/evaluation/test_evaluate.py"),
+        26,
+    ),
     Room(
         "bags",
         ("offline/bags", "offline/frames.py", "offline/stamps.py"),
@@ -81,11 +86,13 @@ ROOMS = (
 BY_NAME = {room.name: room for room in ROOMS}
 
 
-def tests_of(room: Room, file: str, root: Path, seconds: Mapping[str, float] = MappingProxyType({})) -> list[str]:
-    """Return the tests that a file of a room must satisfy, those that name it or its folder first, then the fast ones.
+def tests_of(
+    room: Room, file: str, root: Path, seconds: Mapping[str, float] = MappingProxyType({})
+) -> tuple[list[str], list[str]]:
+    """Return the tests that a file of a room must satisfy: those that name it or its folder, and the others.
 
     A test file counts as the file's own where their names share a word, such as `compare.py` and `test_compare.py`.
-    What each took with the unchanged sources is in `seconds`.
+    Both begin with the fast ones; what each took with the unchanged sources is in `seconds`.
     """
     files: list[Path] = []
     for path in room.tests:
@@ -94,8 +101,9 @@ def tests_of(room: Room, file: str, root: Path, seconds: Mapping[str, float] = M
             raise FileNotFoundError(f"{place}: the tests of the room {room.name} are not there")
         files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
     words = {word for part in file.removesuffix(".py").split("/")[-2:] for word in part.rstrip("s").split("_")}
-    names = {place.relative_to(root).as_posix(): place for place in files}
-    return sorted(names, key=lambda name: (not words & _words(names[name]), seconds.get(name, 0.0)))
+    names = {place.relative_to(root).as_posix(): bool(words & _words(place)) for place in files}
+    ranked = sorted(names, key=lambda name: seconds.get(name, 0.0))
+    return [name for name in ranked if names[name]], [name for name in ranked if not names[name]]
 
 
 def _words(test: Path) -> set[str]:

@@ -21,6 +21,8 @@ from mutation.rooms import PACKAGE
 
 CPU_LIMIT = 240
 """Seconds of processor time for the tests of one mutant: one that never ends uses them up, however busy the machine."""
+PLUGINS = ("-p", "pytest_timeout", "-p", "_hypothesis_pytestplugin")
+"""What the tests need of pytest's plugins: to load all that are installed takes longer than most tests."""
 WHERE = "from topo_region_seg.compiled.cache import cache_folder; print(cache_folder())"
 WARM_UP = "from topo_region_seg.pipeline import warm_up; warm_up()"
 
@@ -50,6 +52,7 @@ class Tree:
         self.environment = os.environ | {
             "PYTHONPATH": str(self.root),
             "PYTHONDONTWRITEBYTECODE": "1",
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
             "NUMBA_CACHE_DIR": str(self._caches),
             "HYPOTHESIS_STORAGE_DIRECTORY": str(place / "hypothesis"),
         }
@@ -92,7 +95,7 @@ class Tree:
     def test(self, tests: list[str], limit: float, log: Path) -> str:
         """Run tests until the first that fails; return its name, "" if all pass, or why it is not known."""
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header"]
-        command += [f"--junit-xml={log.with_suffix('.xml')}", *tests]
+        command += [*PLUGINS, f"--junit-xml={log.with_suffix('.xml')}", *tests]
         with log.open("w", encoding="utf-8") as output:
             process = subprocess.Popen(
                 command,
