@@ -39,6 +39,9 @@ class Room:
 _PIPELINE = ("steps", "test_pipeline.py", "test_sensor.py", "beyond")
 _ROS = (
     "ros/test_worker.py",
+    "ros/test_log.py",
+    "ros/test_statistics.py",
+    "ros/test_reporter.py",
     "ros/test_ros_processor.py",
     "ros/test_input_closing.py",
     "ros/test_parameter_files.py",

@@ -72,10 +72,15 @@ def test_a_tenth_in_common_is_an_overlap_whatever_they_look_like(common: int, kn
 def test_matching_is_by_overlap_then_by_the_highest_sum_of_overlap_and_likeness(seed: int) -> None:
     rng = np.random.default_rng(seed)
     n, m = rng.integers(1, 5, 2)
+    wide = (0.4, 1.0)[seed % 2]  # closer together, several go on with the same ones
 
     def looks(count: int) -> list[Looks]:
         return [
-            ((rng.normal(size=3) * 0.04).tolist(), (50 + 6 * rng.normal(size=3)).tolist(), int(rng.integers(500, 1500)))
+            (
+                (rng.normal(size=3) * 0.04 * wide).tolist(),
+                (50 + 6 * wide * rng.normal(size=3)).tolist(),
+                int(1000 * 1.5 ** rng.uniform(-wide, wide)),
+            )
             for _ in range(count)
         ]
 
@@ -102,6 +107,14 @@ def test_matching_is_by_overlap_then_by_the_highest_sum_of_overlap_and_likeness(
         if wanted[i] < 0 and j not in wanted:
             wanted[i] = j
     assert matched(table_of(here), tracks_of(there), now, before).tolist() == wanted.tolist()
+
+
+def test_a_region_goes_on_with_one_of_the_four_that_are_nearest() -> None:
+    there: list[Looks] = [([0.01 * place, 0.0, 1.0], GRAY, SIZE) for place in range(5)]
+    last: Looks = ([-0.03, 0.0, 1.0], GRAY, SIZE)
+    apart = points((1, 0, 50), (0, 1, 50))
+    assert matched(table_of([*there[:3], last]), tracks_of(there), *apart).tolist() == [0, 1, 2, 3]
+    assert matched(table_of([*there[:4], last]), tracks_of(there), *apart).tolist() == [0, 1, 2, 3, -1]
 
 
 @pytest.mark.parametrize(("common", "joined"), [(50, True), (49, False)])

@@ -159,6 +159,14 @@ def test_a_subscriber_that_has_not_received_the_last_cloud_is_no_success(ros_dom
     assert player._why_unheard(publisher, replace(playback, reliable=False), heard=True) is None, "nobody acknowledges"
 
 
+def test_a_middleware_that_cannot_tell_what_was_received_is_no_failure():
+    def refuse(_):
+        raise player.rclpy_implementation.RCLError("not supported")
+
+    publisher = SimpleNamespace(topic_name="/points", wait_for_all_acked=refuse)
+    assert player._why_unheard(publisher, Playback("/points"), heard=True) is None
+
+
 def pauses(times, **how):
     said = []
     clouds = [(int(t * 1e9), b"") for t in times]
