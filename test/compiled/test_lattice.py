@@ -68,6 +68,21 @@ def test_a_pair_exactly_at_a_limit_is_an_edge_and_one_beyond_is_not(
             assert bool(roots[0] == roots[-1]) is together
 
 
+def test_pairs_whose_boxes_single_precision_pulls_apart_are_edges_too() -> None:
+    """Of very many pairs those whose squared gap is rounded up most, each point eight times, for a box of its own."""
+    ends = np.random.default_rng(7).normal(size=(2, 200_000, 3))
+    low, high = ((ends + side * 1.2e-7 * np.abs(ends)).astype(np.float32) for side in (-1.0, 1.0))
+    gaps = np.maximum(low[1] - high[0], low[0] - high[1])
+    dx, dy, dz = (ends[1] - ends[0]).T
+    squares = dx * dx + dy * dy + dz * dz
+    hardest = np.argsort((gaps * gaps).sum(axis=1, dtype=np.float32) / squares)[-100:]
+    for pair in hardest:
+        channels = np.zeros((16, 9))
+        channels[:, :3] = np.repeat(ends[:, pair], 8, axis=0)
+        roots = filtration(channels, LOOSE._replace(reach=float(squares[pair])), 1e15).root
+        assert roots[0] == roots[-1]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int) -> None:
     rng = np.random.default_rng(seed)
