@@ -62,27 +62,28 @@ ROOMS = (
     Room(
         "cloud",
         ("cloud",),
-        ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py", "offline/evaluation/test_evaluate.py"),
+        ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py", "offline/evaluation/test_evaluate.py")
+        + ("offline/test_whole_files.py",),
         26,
     ),
     Room(
         "bags",
         ("offline/bags", "offline/frames.py", "offline/stamps.py"),
-        ("offline/bags", "offline/test_inspect.py", "offline/test_tools.py"),
+        ("offline/bags", "offline/test_inspect.py", "offline/test_tools.py", "offline/test_whole_files.py"),
         30,
     ),
     Room("ros", ("ros",), _ROS, 26),
     Room(
         "evaluation",
         ("offline/evaluation", "offline/runs"),
-        ("offline/evaluation", "offline/runs", "offline/test_tools.py"),
+        ("offline/evaluation", "offline/runs", "offline/test_tools.py", "offline/test_whole_files.py"),
         30,
     ),
     Room(
         "tools",
         ("offline/cli", "offline/inspection", "offline/report"),
         ("offline/test_tools.py", "offline/test_segment.py", "offline/test_inspect.py", "offline/runs")
-        + ("offline/evaluation", "offline/report/test_report.py"),
+        + ("offline/evaluation", "offline/report/test_report.py", "offline/test_whole_files.py"),
         30,
     ),
 )
