@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make wrong changes to the package one at a time and see whether the tests notice.
 
-Usage: ``python scripts/mutants.py [--room NAME] [--number N] [--share S] [--again RESULT] [--unchecked]``, or ``--list``,
-or ``--publish``.
+Usage: ``python scripts/mutants.py [--room NAME] [--number N] [--share S] [--again RESULT] [--unchecked]``
+or ``python scripts/mutants.py --list`` or ``--publish``
 
 A mutant is one small wrong change: a comparison, a constant, a sign, an argument, a condition or a statement. Which
 ones are tried follows from the seed and the changed line alone. Each must fail one of the tests of its room. Results
