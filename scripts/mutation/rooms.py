@@ -36,7 +36,7 @@ class Room:
         return [name for name in names if name not in NOT_TRIED and not name.endswith("__init__.py")]
 
 
-_PIPELINE = ("steps", "test_pipeline.py", "test_sensor.py", "beyond")
+_PIPELINE = ("steps", "compiled/test_lattice.py", "test_pipeline.py", "test_sensor.py", "beyond")
 _ROS = (
     "ros/test_worker.py",
     "ros/test_log.py",
@@ -56,7 +56,7 @@ _ROS = (
 )
 ROOMS = (
     Room("steps", ("steps", "growth.py"), _PIPELINE, 44),
-    Room("kernels", ("compiled",), ("compiled/test_lattice.py", *_PIPELINE), 24),
+    Room("kernels", ("compiled",), _PIPELINE, 24),
     Room("beyond", ("beyond",), ("beyond", "test_pipeline.py", "steps/test_scales.py"), 30),
     Room("core", ("data.py", "params.py", "segmentation.py", "pipeline.py"), ("test_params.py", *_PIPELINE), 16),
     Room(
