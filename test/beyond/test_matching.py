@@ -9,7 +9,7 @@ import pytest
 
 from topo_region_seg.beyond.tracking.matching import matched
 from topo_region_seg.beyond.tracking.merges import joined_regions, parted
-from topo_region_seg.beyond.tracking.steady_borders import regions_at_rest
+from topo_region_seg.beyond.tracking.steady_borders import regions_at_rest, with_steady_borders
 from topo_region_seg.beyond.tracking.tracks import Tracks
 from topo_region_seg.data import RegionTable
 
@@ -158,3 +158,18 @@ def test_a_region_that_has_only_part_of_another_does_not_go_on_with_it() -> None
     xyz = np.zeros((40, 3))
     center = np.vstack([np.full(3, np.nan), np.zeros(3)])
     assert regions_at_rest(region, before, xyz, center).tolist() == [1, 0]
+
+
+def test_points_stay_while_both_regions_rest_and_they_are_held() -> None:
+    region, before = np.array([0, 0, 1, 1, -1, 1]), np.array([1, 1, 1, 2, 1, 0])
+    held, free = np.ones(6, bool), np.zeros(6, bool)
+    both, first, second = np.array([1, 2]), np.array([1, 0]), np.array([0, 2])
+    assert with_steady_borders(region, before, both, held).tolist() == [0, 0, 0, 1, -1, 1]
+    for former, hold in ((both, free), (first, held), (second, held)):
+        assert with_steady_borders(region, before, former, hold).tolist() == region.tolist()
+
+
+def test_nothing_rests_where_there_are_no_regions() -> None:
+    none, xyz = np.full(4, -1), np.zeros((4, 3))
+    assert regions_at_rest(none, np.ones(4, np.int64), xyz, np.zeros((2, 3))).tolist() == []
+    assert with_steady_borders(none, np.ones(4, np.int64), np.zeros(0, np.int64), np.ones(4, bool)).tolist() == [-1] * 4
