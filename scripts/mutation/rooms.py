@@ -36,7 +36,14 @@ class Room:
         return [name for name in names if name not in NOT_TRIED and not name.endswith("__init__.py")]
 
 
-_PIPELINE = ("steps", "compiled/test_lattice.py", "test_pipeline.py", "test_sensor.py", "beyond")
+_PIPELINE = (
+    "steps",
+    "compiled/test_lattice.py",
+    "compiled/test_sampling.py",
+    "test_pipeline.py",
+    "test_sensor.py",
+    "beyond",
+)
 _ROS = (
     "ros/test_worker.py",
     "ros/test_log.py",
