@@ -251,6 +251,11 @@ def test_folder_without_metadata_names_the_file_in_it(tmp_path):
     assert f"give {tmp_path / 'c' / 'd'} itself" in error_of(tmp_path / "c")
 
 
+def test_the_metadata_alone_names_the_folder(tmp_path):
+    folder = write_folder(tmp_path / "a", ENTRIES, StoragePlugin.MCAP)
+    assert f"is only the metadata of a recording; give the folder {folder}" in error_of(folder / "metadata.yaml")
+
+
 @pytest.mark.parametrize("text", ["", "a: [", "a: 1", "rosbag2_bagfile_information: 3", "\x00"])
 def test_damaged_metadata(text, tmp_path):
     path = tmp_path / "a"
