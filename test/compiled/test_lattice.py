@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from topo_region_seg.api import persistent_components
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import position_tree
-from topo_region_seg.compiled.nearest import nearest_outside
-from topo_region_seg.compiled.partition import uniform_regions
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.params import Params
+from topo_region_seg.steps.normals.neighborhoods import nearest_within
 
 STEP = round(0.01 * 2**36) / 2**36
 """Metres; multiples of it up to 8 km and their differences are exact in double precision, and not in single."""
@@ -44,20 +46,25 @@ def test_edges_of_exactly_the_radius_are_found_and_longer_ones_are_not(far: int,
     assert np.isinf(below.death).all()
 
 
+@kernel
+def nearest_by_walk(tree, blocks, xyz, point, reach2, k):  # type: ignore[no-untyped-def]
+    near = room_for_near(k)
+    found = nearest_within(tree, blocks, xyz, point, reach2, near)
+    return near.d2[:found], near.point[:found]
+
+
 @pytest.mark.parametrize("seed", range(4))
-def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int) -> None:
+@pytest.mark.parametrize("reach", [0.5 * STEP, 2.0 * STEP, np.inf])
+def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
     n, wanted = 500, 8
     channels = np.zeros((n, 9))
     channels[:, :3] = rng.integers(0, 9, (n, 3)) * STEP
     channels[:, 3:] = rng.integers(0, 2, (n, 6))
-    tree, region, parent = position_tree(channels[:, :3]), rng.integers(0, 6, n), np.arange(6)
-    uniform = uniform_regions(tree, region)
-    near_d2, near = np.empty(wanted), np.empty(wanted, np.int64)
+    tree = position_tree(channels[:, :3])
+    blocks = leaf_blocks(tree, channels[:, :3])
     for point in range(0, n, 7):
-        own = region[point]
-        found = nearest_outside(tree, channels, region, parent, uniform, point, own, near_d2, near)
+        found_d2, found = nearest_by_walk(tree, blocks, channels, point, reach**2, wanted)
         d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
-        others = sorted((d2[i], channels[i].tolist()) for i in np.flatnonzero(region != own))[:wanted]
-        assert found == wanted
-        assert [(near_d2[k], channels[near[k]].tolist()) for k in range(wanted)] == others
+        others = sorted((d2[i], channels[i].tolist()) for i in range(n) if d2[i] <= reach**2)[:wanted]
+        assert [(at, channels[i].tolist()) for at, i in zip(found_d2, found, strict=True)] == others

@@ -4,55 +4,68 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+import numpy.typing as npt
 
-from topo_region_seg.compiled.boxes import box_of_point
-from topo_region_seg.compiled.dialect import kernel
-from topo_region_seg.compiled.union_find import find
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
+from topo_region_seg.compiled.boxes import bound_channel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
+from topo_region_seg.compiled.kd_tree import LEAF
+from topo_region_seg.compiled.walks import LEVELS
+from topo_region_seg.data import FloatArray, IntArray
 
 
-@kernel
-def nearest_outside(tree, channels, region, parent, uniform, point, own, near_d2, near):  # type: ignore[no-untyped-def]
-    """Fill `near` with the points nearest to `point` that are not in region `own`, nearest first; return how many.
+class Near(NamedTuple):
+    """The k points found so far that are nearest to one, and room for the search."""
 
-    `region` (N,) is the region of a point and `parent` the union-find of the regions; `uniform` (K,) is the region
-    that all points of a node belong to, or -1.
-    """
-    box, stack = box_of_point(channels, point), np.empty(LEVELS, np.int64)
-    stack[0], top = 0, 1
-    found, farthest = 0, np.inf
-    while True:
-        leaf, top = next_leaf(tree, box, 0, farthest, True, stack, top)
-        if leaf < 0:
-            return found
-        if uniform[leaf] >= 0 and find(parent, uniform[leaf]) == own:
-            continue
-        for row in range(tree.start[leaf], tree.stop[leaf]):
-            other = tree.order[row]
-            if find(parent, region[other]) != own:
-                found = insert_near(channels, point, other, near_d2, near, found)
-        if found == len(near):
-            farthest = near_d2[found - 1]
+    d2: FloatArray  # (k,) their squared distances, m², the shortest first
+    point: IntArray  # (k,) their ids
+    leaf_d2: FloatArray  # (LEAF,) squared distances of the points of one leaf
+    box: npt.NDArray[np.float32]  # (1, 1, 2, 4) the box around the point
+    stack: IntArray  # (LEVELS,) nodes that the walk has still to visit
 
 
 @kernel
-def insert_near(channels, point, other, near_d2, near, found):  # type: ignore[no-untyped-def]
-    """Insert `other` in the list of the nearest points, equal distances in the order of the channels."""
-    d2 = 0.0
+def room_for_near(k: int) -> Near:
+    """Return room for the `k` nearest points."""
+    box = np.zeros((1, 1, 2, 4), np.float32)
+    return Near(np.empty(k), np.empty(k, np.int64), np.empty(LEAF), box, np.empty(LEVELS, np.int64))
+
+
+@inlined
+def begin_near(near, channels, point):  # type: ignore[no-untyped-def]
+    """Begin the walk around a point at the root of the tree."""
     for c in range(3):
-        d2 += (channels[other, c] - channels[point, c]) ** 2
+        bound_channel(near.box, 0, c, channels[index(point), index(c)], channels[index(point), index(c)])
+    near.stack[0] = 0
+
+
+@inlined
+def leaf_distances(blocks, leaf, channels, point, leaf_d2):  # type: ignore[no-untyped-def]
+    """Fill `leaf_d2` (LEAF,) with the squared distances of a leaf's points from a point."""
+    b, p = index(leaf), index(point)
+    x, y, z = channels[p, 0], channels[p, 1], channels[p, 2]
+    for i in range(LEAF):
+        dx, dy, dz = blocks[b, 0, index(i)] - x, blocks[b, 1, index(i)] - y, blocks[b, 2, index(i)] - z
+        leaf_d2[index(i)] = dx * dx + dy * dy + dz * dz
+
+
+@inlined
+def insert_near(channels, other, d2, near, found):  # type: ignore[no-untyped-def]
+    """Insert `other` in the list of the nearest points, equal distances in the order of the channels."""
     place = found
     while place > 0 and (
-        d2 < near_d2[place - 1] or (d2 == near_d2[place - 1] and comes_before(channels, other, near[place - 1]))
+        d2 < near.d2[index(place - 1)]
+        or (d2 == near.d2[index(place - 1)] and comes_before(channels, other, near.point[index(place - 1)]))
     ):
         place -= 1
-    if place == len(near):
-        return found
-    found = min(found + 1, len(near))
-    for slot in range(found - 1, place, -1):
-        near_d2[slot], near[slot] = near_d2[slot - 1], near[slot - 1]
-    near_d2[place], near[place] = d2, other
+    if place < len(near.d2):
+        found = min(found + 1, len(near.d2))
+        for slot in range(found - 1, place, -1):
+            near.d2[index(slot)] = near.d2[index(slot - 1)]
+            near.point[index(slot)] = near.point[index(slot - 1)]
+        near.d2[index(place)], near.point[index(place)] = d2, other
     return found
 
 

@@ -47,5 +47,5 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
     )
     sparse = np.flatnonzero(counts < min_neighbors)
     if len(sparse):
-        nearest_normals(tree, xyz, sparse, min_neighbors, WIDEN * reach, normals)
+        nearest_normals(tree, blocks, xyz, sparse, min_neighbors, WIDEN * reach, normals)
     return normals

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import index, kernel, summing
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
-from topo_region_seg.compiled.nearest import nearest_outside
+from topo_region_seg.compiled.nearest import begin_near, insert_near, leaf_distances, room_for_near
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
@@ -126,21 +126,40 @@ def add_offset(m, dx, dy, dz):  # type: ignore[no-untyped-def]
 
 @kernel
 def nearest_normals(
-    tree: Tree, xyz: FloatArray, points: IntArray, k: int, reach: FloatArray, normals: FloatArray
+    tree: Tree, blocks: FloatArray, xyz: FloatArray, points: IntArray, k: int, reach: FloatArray, normals: FloatArray
 ) -> None:
     """Fill rows `points` of `normals` (N, 3) from the `k` nearest points, themselves included, within `reach` (N,), m.
 
     Points with fewer than three of them keep what they have.
     """
-    m = np.empty(10)
-    near_d2, near = np.empty(k), np.empty(k, np.int64)
-    one_region, no_node = np.zeros(len(xyz), np.int64), np.full(len(tree.start), -1)
+    tree, blocks, xyz = borrowed(tree), borrowed(blocks), borrowed(xyz)
+    m, near = np.empty(10), room_for_near(k)
     for point in points:
         x, y, z = xyz[point]
         m[:] = 0.0
-        found = nearest_outside(tree, xyz, one_region, one_region, no_node, point, -1, near_d2, near)
+        found = nearest_within(tree, blocks, xyz, point, reach[point] ** 2, near)
         for n in range(found):
-            if near_d2[n] <= reach[point] * reach[point]:
-                add_offset(m, xyz[near[n], 0] - x, xyz[near[n], 1] - y, xyz[near[n], 2] - z)
+            other = index(near.point[index(n)])
+            add_offset(m, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
         if m[0] >= 3.0:
             fit_normal(m, x, y, z, normals[point])
+
+
+@inlined
+def nearest_within(tree, blocks, xyz, point, reach2, near):  # type: ignore[no-untyped-def]
+    """Fill `near` with the points nearest to `point`, itself included, up to `reach2` (m², squared) away."""
+    begin_near(near, xyz, point)
+    top, found, farthest = 1, 0, reach2
+    while True:
+        node, top = next_leaf(tree, near.box, 0, farthest, True, near.stack, top)
+        if node < 0:
+            break
+        start, stop = tree.start[index(node)], tree.stop[index(node)]
+        leaf_distances(blocks, start // LEAF, xyz, point, near.leaf_d2)
+        for i in range(stop - start):
+            d2 = near.leaf_d2[index(i)]
+            if d2 <= farthest:
+                found = insert_near(xyz, tree.order[index(start + i)], d2, near, found)
+                if found == len(near.d2):
+                    farthest = near.d2[index(found - 1)]
+    return found
