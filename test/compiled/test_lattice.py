@@ -11,9 +11,8 @@ from topo_region_seg.api import persistent_components
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
-from topo_region_seg.compiled.nearest import room_for_near
+from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
 from topo_region_seg.params import Params
-from topo_region_seg.steps.normals.neighborhoods import nearest_within
 
 STEP = round(0.01 * 2**36) / 2**36
 """Metres; multiples of it up to 8 km and their differences are exact in double precision, and not in single."""
@@ -47,10 +46,9 @@ def test_edges_of_exactly_the_radius_are_found_and_longer_ones_are_not(far: int,
 
 
 @kernel
-def nearest_by_walk(tree, blocks, xyz, point, reach2, k):  # type: ignore[no-untyped-def]
-    near = room_for_near(k)
-    found = nearest_within(tree, blocks, xyz, point, reach2, near)
-    return near.d2[:found], near.point[:found]
+def nearest_to_leaf(tree, blocks, channels, leaf, within, near):  # type: ignore[no-untyped-def]
+    near.within[:] = within
+    return nearest_of_leaf(tree, blocks, channels, leaf, near)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -61,10 +59,16 @@ def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channel
     channels = np.zeros((n, 9))
     channels[:, :3] = rng.integers(0, 9, (n, 3)) * STEP
     channels[:, 3:] = rng.integers(0, 2, (n, 6))
-    tree = position_tree(channels[:, :3])
+    tree, near = position_tree(channels[:, :3]), room_for_near(wanted)
     blocks = leaf_blocks(tree, channels[:, :3])
-    for point in range(0, n, 7):
-        found_d2, found = nearest_by_walk(tree, blocks, channels, point, reach**2, wanted)
-        d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
-        others = sorted((d2[i], channels[i].tolist()) for i in range(n) if d2[i] <= reach**2)[:wanted]
-        assert [(at, channels[i].tolist()) for at, i in zip(found_d2, found, strict=True)] == others
+    leaves = np.flatnonzero(tree.right == 0)
+    for leaf in leaves[:: max(1, len(leaves) // 20)]:
+        visited = nearest_to_leaf(tree, blocks, channels, leaf, reach**2, near)
+        assert 1 <= visited <= len(leaves)
+        assert visited < len(leaves) / 2 or reach > STEP, "boxes out of reach are not visited"
+        for i, point in enumerate(tree.order[tree.start[leaf] : tree.stop[leaf]]):
+            d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
+            expected = sorted((d2[j], channels[j].tolist()) for j in range(n) if d2[j] <= reach**2)[:wanted]
+            count = near.found[i]
+            found = [(near.d2[i, k], channels[near.point[i, k]].tolist()) for k in range(count)]
+            assert found == expected

@@ -17,10 +17,10 @@ from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.data import Components, Features
 from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
-from topo_region_seg.steps import small_regions
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.small_regions import CANDIDATES, REACH, settle_small_regions
+from topo_region_seg.steps.small_regions import settle as settling
+from topo_region_seg.steps.small_regions.settle import CANDIDATES, REACH, settle_small_regions
 
 
 def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarray:
@@ -167,13 +167,13 @@ def test_a_small_region_alone_loses_its_label() -> None:
 def test_no_more_is_done_for_a_size_that_no_region_can_reach(min_size: int, monkeypatch: pytest.MonkeyPatch) -> None:
     points = random_points(1, 200)
     asked: list[int] = []
-    merge = small_regions.merge_small_regions
+    merge = settling.merge_small_regions
 
     def asking(*given: Any) -> Any:
-        asked.append(given[8])
+        asked.append(given[9])
         return merge(*given)
 
-    monkeypatch.setattr(small_regions, "merge_small_regions", asking)
+    monkeypatch.setattr(settling, "merge_small_regions", asking)
     params = Params(max_radius=0.01, min_region_size=min_size)
     settle(points.xyz, Features(points.lab, points.normals), roots(points, params), np.ones(200, int), params)
     assert asked == [min(min_size, 201)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
-from topo_region_seg.compiled.nearest import begin_near, insert_near, leaf_distances, room_for_near
+from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
@@ -109,7 +109,7 @@ def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[
         m[9] += szz
 
 
-@kernel
+@inlined
 def add_offset(m, dx, dy, dz):  # type: ignore[no-untyped-def]
     """Add one offset to the ten moments `m`."""
     m[0] += 1.0
@@ -126,40 +126,39 @@ def add_offset(m, dx, dy, dz):  # type: ignore[no-untyped-def]
 
 @kernel
 def nearest_normals(
-    tree: Tree, blocks: FloatArray, xyz: FloatArray, points: IntArray, k: int, reach: FloatArray, normals: FloatArray
-) -> None:
-    """Fill rows `points` of `normals` (N, 3) from the `k` nearest points, themselves included, within `reach` (N,), m.
+    tree: Tree,
+    blocks: FloatArray,
+    xyz: FloatArray,
+    counts: IntArray,
+    k: int,
+    reach: FloatArray,
+    first_node: int,
+    end_node: int,
+    normals: FloatArray,
+) -> int:
+    """Fill the rows of `normals` (N, 3) of the points with less than `k` `counts` (N,) in the leaves of some nodes.
 
-    Points with fewer than three of them keep what they have.
+    They come from the `k` nearest points, themselves included, within `reach` (N,), m. Points with fewer than three of
+    them keep what they have. Return how many leaves were visited.
     """
     tree, blocks, xyz = borrowed(tree), borrowed(blocks), borrowed(xyz)
-    m, near = np.empty(10), room_for_near(k)
-    for point in points:
-        x, y, z = xyz[point]
-        m[:] = 0.0
-        found = nearest_within(tree, blocks, xyz, point, reach[point] ** 2, near)
-        for n in range(found):
-            other = index(near.point[index(n)])
-            add_offset(m, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
-        if m[0] >= 3.0:
+    m, near, visited = np.empty(10), room_for_near(k), 0
+    for leaf in range(first_node, end_node):
+        if tree.right[index(leaf)]:
+            continue
+        first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
+        for i in range(size):
+            point = tree.order[index(first + i)]
+            near.within[index(i)] = reach[point] ** 2 if counts[point] < k else -1.0
+        visited += nearest_of_leaf(tree, blocks, xyz, leaf, near)
+        for i in range(size):
+            point = tree.order[index(first + i)]
+            if near.found[index(i)] < 3:
+                continue
+            x, y, z = xyz[point]
+            m[:] = 0.0
+            for n in range(near.found[index(i)]):
+                other = index(near.point[index(i), index(n)])
+                add_offset(m, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
             fit_normal(m, x, y, z, normals[point])
-
-
-@inlined
-def nearest_within(tree, blocks, xyz, point, reach2, near):  # type: ignore[no-untyped-def]
-    """Fill `near` with the points nearest to `point`, itself included, up to `reach2` (m², squared) away."""
-    begin_near(near, xyz, point)
-    top, found, farthest = 1, 0, reach2
-    while True:
-        node, top = next_leaf(tree, near.box, 0, farthest, True, near.stack, top)
-        if node < 0:
-            break
-        start, stop = tree.start[index(node)], tree.stop[index(node)]
-        leaf_distances(blocks, start // LEAF, xyz, point, near.leaf_d2)
-        for i in range(stop - start):
-            d2 = near.leaf_d2[index(i)]
-            if d2 <= farthest:
-                found = insert_near(xyz, tree.order[index(start + i)], d2, near, found)
-                if found == len(near.d2):
-                    farthest = near.d2[index(found - 1)]
-    return found
+    return visited
