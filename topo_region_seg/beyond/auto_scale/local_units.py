@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from topo_region_seg.beyond.auto_scale.neighbors import MOST, image_neighbors, window_of
+from topo_region_seg.beyond.auto_scale.neighbors import MOST, ROUNDING, image_neighbors, window_of
 from topo_region_seg.beyond.auto_scale.view import evened, grid_figures, growths, seen_from
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray
@@ -165,7 +165,7 @@ def _in_tree(xyz: FloatArray, chosen: IntArray, axes: FloatArray, k: int) -> tup
     seen = seen_from(xyz, axes)
     image = seen[:, :2] / seen[:, 2:]
     near, found = cKDTree(image).query(image[chosen], k=k)
-    unit = np.maximum(near[:, -1:, None], 1e-300)
+    unit = np.maximum(near[:, -1:, None], ROUNDING)
     offset = (image[found] - image[chosen][:, None]) / unit
     plane = np.concatenate([offset, np.ones_like(offset[:, :, :1])], axis=2)
     inverse = 1.0 / seen[found, 2:]

@@ -19,6 +19,8 @@ from topo_region_seg.data import FloatArray, IntArray
 PER_CELL = 6  # points of a cell, if they were spread evenly
 OUTLYING = 0.01
 """Share of the points at each side of the image that go to the cells at the edge, however far out they are."""
+ROUNDING = 1e-9
+"""Distance in the image, radians, below which points are at one place."""
 MOST = 4_096
 """Points per query, on average, that may be looked at."""
 
@@ -83,7 +85,7 @@ def image_neighbors(
             if ring > columns and ring > rows:
                 break
         nearest[s] = math.sqrt(near_d2[1])
-        bends[s] = off_plane(points, near, u, v, math.sqrt(near_d2[k - 1]))
+        bends[s] = off_plane(points, near, u, v, max(math.sqrt(near_d2[k - 1]), ROUNDING))
     return nearest, bends, looked
 
 
@@ -120,7 +122,7 @@ def off_plane(points, near, u, v, unit):  # type: ignore[no-untyped-def]
     a = np.zeros((3, 3))
     b = np.zeros(3)
     x = np.ones(3)
-    scale = 1.0 / unit if unit > 0.0 else 0.0
+    scale = 1.0 / unit
     for place in near:
         x[0], x[1] = (points[place, 0] - u) * scale, (points[place, 1] - v) * scale
         for i in range(3):
