@@ -26,7 +26,7 @@ from topo_region_seg.steps.small_regions.settle import CANDIDATES, REACH, settle
 def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarray:
     """Smallest region first: join the region of the most alike of the nearest foreign points within reach.
 
-    Regions that end small get -1.
+    Regions that end small get -1, unless there is but one.
     """
     region = root.copy()
     limit = 2.0 * np.sin(np.radians(params.angle_threshold) / 2.0)
@@ -37,7 +37,8 @@ def merge_by_hand(points: Points, root: np.ndarray, params: Params) -> np.ndarra
         names = [r for r in np.unique(region) if r not in stuck]
         order = sorted((np.sum(region == r), *min(keys[region == r].tolist()), r) for r in names)
         if not order or order[0][0] >= params.min_region_size:
-            region[np.bincount(region, minlength=len(region))[region] < params.min_region_size] = -1
+            if len(names) + len(stuck) > 1:
+                region[np.bincount(region, minlength=len(region))[region] < params.min_region_size] = -1
             return region
         name = order[0][-1]
         members = np.flatnonzero(region == name)
@@ -85,7 +86,7 @@ def test_merging_equals_plain_python(seed: int, min_size: int, radius: float) ->
     assert same_partition(region, merge_by_hand(points, root, params))
     assert (region == -1).any() == (merge_by_hand(points, root, params) == -1).any()
     sizes = np.bincount(region[region >= 0])
-    assert sizes.min(initial=min_size) >= min_size
+    assert sizes.min(initial=min_size) >= min_size or len(np.unique(region)) == 1
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -152,13 +153,16 @@ def test_size_counts_the_input_points_that_a_point_stands_for() -> None:
     np.testing.assert_array_equal(region, [-1, 0, 1])
 
 
-def test_a_small_region_alone_loses_its_label() -> None:
+def test_a_region_alone_stays_however_small() -> None:
     features, root = Features(np.zeros((3, 3)), None), np.zeros(3, int)
     region = settle(np.eye(3) * 0.001, features, root, np.ones(3, int), Params(features="color"))
-    np.testing.assert_array_equal(region, [-1, -1, -1])
-    seg = trs.Pipeline(Params(features="normals", remove_floor=False)).run(
-        trs.Cloud(np.eye(3) + 1.0, None, 3, 1), ignore
-    )
+    np.testing.assert_array_equal(region, [0, 0, 0])
+
+
+def test_where_all_regions_stay_small_none_is_left_and_a_notice_says_so() -> None:
+    cloud = trs.Cloud(np.eye(3) + 1.0, None, 3, 1)
+    seg = trs.Pipeline(Params(features="normals", remove_floor=False)).run(cloud, ignore)
+    assert not seg.labels.any()
     assert [notice.code for notice in seg.notices] == ["no_regions"]
     assert "the largest of 1, and stay below it when merged" in seg.notices[0].text
 

@@ -61,7 +61,7 @@ def _candidates(components: Components, weight: IntArray, min_size: int) -> tupl
     radius = np.append(np.nextafter(death[order], 0.0), components.max_radius)
     # Deaths at one scale come together, and those at 0, where points coincide, before every scale.
     whole = (radius > 0.0) & (radius >= np.append(0.0, death[order]))
-    return radius[whole], large[whole], (large + rest // min_size)[whole]
+    return radius[whole], large[whole], np.maximum(large + rest // min_size, 1)[whole]
 
 
 def deaths_in_order(components: Components) -> IntArray:

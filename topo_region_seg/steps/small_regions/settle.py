@@ -35,7 +35,7 @@ def settle_small_regions(
     region's representative, here the point with the smallest coordinate triple so that the order of the
     points does not matter, the nearest points of other regions are looked up, up to REACH radii from the region's
     bounding box; the region joins that of the point with the smallest normalized difference of color and normal.
-    A region that ends below the minimum size, since nothing is near it, is removed.
+    A region that ends below the minimum size, since nothing is near it, is removed, unless it is all there is.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def settle_small_regions(
             reach,
         )
         region, size = count_off(target[region], weight)
-        small = size < params.min_region_size
+        small = (size < params.min_region_size) & (len(size) > 1)
     kept = np.where(small, NONE, np.cumsum(~small) - 1)
     return kept[region]
 
