@@ -165,7 +165,7 @@ def test_a_slower_run_exceeds_the_limit(runs):
 
 
 def quality(wov):
-    return {"wov": wov}
+    return {"wov": wov, "overlap_f": None if wov is None else wov / 2}
 
 
 def hand_made(**changed):
@@ -302,10 +302,10 @@ def test_the_table_shows_each_figure_of_a_frame():
     table = change_table([*hand_made().frames, *other.frames])
     assert cells(table) == [
         ["1.000", "2.000"], ["5", "3"], ["6", "1"], ["10.0 %", "other points"], ["0.900", "–"], ["0.800", "–"],
-        ["10.0", "–"], ["15.0", "–"], ["0.700", "–"], ["0.600", "0.250"],
+        ["10.0", "–"], ["15.0", "–"], ["0.700", "–"], ["0.600", "0.250"], ["0.350", "–"], ["0.300", "0.125"],
     ]  # fmt: skip
     assert [column.header for column in table.columns] == [
-        "stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B",
+        "stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B", "true overl. F A", "B",
     ]  # fmt: skip
     assert len(change_table(hand_made(quality=(None, None)).frames).columns) == 8
 
