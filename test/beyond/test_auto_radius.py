@@ -61,7 +61,7 @@ def test_a_pixel_is_at_most_the_reference_spacing_wide_at_every_depth(depth: flo
 
 @settings(deadline=None)
 @given(st.floats(0.2, 0.9), st.floats(1.1, 8.0))
-def test_lengths_near_by_are_what_they_say(near: float, far: float) -> None:
+def test_lengths_nearby_stay_metres(near: float, far: float) -> None:
     units = LocalUnits(np.eye(3), 1.0, noise=1e-9)
     xyz = np.array([[0.1, -0.1, near], [0.1, -0.1, far]])
     assert np.array_equal(units.at(xyz)[0], xyz[0])

@@ -22,7 +22,7 @@ from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin
 
-NEAREST = 4
+NEIGHBORS = 4
 """Neighbors that each point is compared with: on a surface, those on its four sides."""
 
 
@@ -90,11 +90,11 @@ def differences(found: Foreground, params: Params) -> tuple[FloatArray, FloatArr
     if params.voxel_size > 0.0 and len(xyz):
         thinned = thin(xyz, rgb, params.voxel_size)
         xyz, rgb = thinned.xyz, thinned.rgb
-    if len(xyz) <= NEAREST:
+    if len(xyz) <= NEIGHBORS:
         return none, none
     chosen = sample_rows(len(xyz), SAMPLE, 0)
-    _, neighbors = cKDTree(xyz).query(xyz[chosen], k=NEAREST + 1)
-    first, second = np.repeat(chosen, NEAREST), neighbors[:, 1:].ravel()
+    _, neighbors = cKDTree(xyz).query(xyz[chosen], k=NEIGHBORS + 1)
+    first, second = np.repeat(chosen, NEIGHBORS), neighbors[:, 1:].ravel()
     color = none
     if rgb is not None:
         color = np.linalg.norm(srgb_to_lab(rgb[first]) - srgb_to_lab(rgb[second]), axis=1)
