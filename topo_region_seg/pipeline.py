@@ -173,7 +173,8 @@ def warm_up() -> None:
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
     Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
     auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
-    Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], 2 * len(side), len(side)))
+    for shape in ((2 * len(side), len(side)), (1, grid)):
+        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape))
     data = np.zeros(20, np.uint8)
     data.flags.writeable = False
     floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)

@@ -123,7 +123,8 @@ rng = np.random.default_rng(0)
 xyz = rng.random((60000, 3)) * [0.6, 0.6, 0.2] + [0.0, 0.0, 0.8]
 rgb = rng.integers(0, 256, xyz.shape).astype(np.uint8)
 for changes in ({"voxel_size": 0.0}, {"features": "color"}, {"features": "normals"}, {"small_regions": "remove"},
-                {"remove_floor": False}, {"crop_box": (0, 0, 0, 1, 1, 1)}, {"max_radius": 0.1, "normal_radius": 0.1}):
+                {"remove_floor": False}, {"crop_box": (0, 0, 0, 1, 1, 1)}, {"max_radius": 0.1, "normal_radius": 0.1},
+                {"max_radius": "auto"}):
     for dtype in (np.float32, np.float64):
         for n in (0, 1, 3000, 60000):
             trs.segment(xyz[:n].astype(dtype), rgb[:n], trs.Params(**changes))

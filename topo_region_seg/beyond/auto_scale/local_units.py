@@ -116,7 +116,7 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
     width, height : int
         Size of the image grid.
     """
-    chosen = sample_rows(xyz, SAMPLE, 0)
+    chosen = sample_rows(xyz, SAMPLE, 0) if len(xyz) > 1 else np.empty(0, np.int64)
     sample = xyz[chosen]
     if len(sample) < 2:
         return LocalUnits(np.eye(3), math.inf)
