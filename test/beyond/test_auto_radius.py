@@ -260,6 +260,10 @@ def test_how_long_regions_last_counted_by_hand() -> None:
     death, weight = np.array([8.0, 2.0, 4.0]), np.array([4, 4, 1])
     lasting = stability(parent, order, death, weight, 2, 0.8, 1.0)
     assert lasting == pytest.approx([8 * math.log(2) / 9, 8 * math.log(4) / 9, math.log(4)])
+    one, none = np.zeros(1, np.int64), np.zeros(0, np.int64)
+    assert stability(one, none, np.array([8.0]), one + 1, 1, 0.8, 1.0) == pytest.approx([math.log(8)])
+    assert stability(one, none, np.array([8.0]), one + 1, 2, 0.8, 1.0) == pytest.approx([0.0])
+    assert stability(none, none, np.zeros(0), none, 1, 0.8, 1.0) == pytest.approx([0.0])
 
 
 def test_the_result_says_its_scale_and_can_be_cut() -> None:

@@ -49,12 +49,18 @@ def test_edges_of_exactly_the_radius_are_found_and_longer_ones_are_not(far: int,
 
 
 @pytest.mark.parametrize("limit", Criterion._fields)
-@pytest.mark.parametrize("copies", [1, 8])
-@pytest.mark.parametrize(("scale", "far"), [(1.0, 0.0), (1.0, 5000.0), (1e-21, 0.0)])
+@pytest.mark.parametrize(
+    ("copies", "scale", "far"),
+    [
+        *((copies, 1.0, far) for copies in (1, 8, 32) for far in (0.0, 5000.0)),
+        *((copies, 1e-21, 0.0) for copies in (1, 8)),  # where squares have few digits left in single precision
+        (32, 1e-12, 0.0),
+    ],
+)
 def test_a_pair_exactly_at_a_limit_is_an_edge_and_one_beyond_is_not(
     limit: str, copies: int, scale: float, far: float
 ) -> None:
-    """Alone in a leaf, or the 8 copies of each point in a leaf and a box of their own."""
+    """In one leaf; with copies of each point in a leaf of their own; and in a node of several, whose box decides."""
     rng = np.random.default_rng(7)
     channel = 3 * ("reach", "color", "chord").index(limit.partition("_")[0])
     strict = np.inf if limit.endswith("low") else 0.0
@@ -70,7 +76,7 @@ def test_a_pair_exactly_at_a_limit_is_an_edge_and_one_beyond_is_not(
 
 
 def test_pairs_whose_boxes_single_precision_pulls_apart_are_edges_too() -> None:
-    """Of very many pairs those whose squared gap is rounded up most, each point eight times, for a box of its own."""
+    """Of very many pairs those whose squared gap is rounded up most; of each point there is a node with a box."""
     ends = np.random.default_rng(7).normal(size=(2, 200_000, 3))
     low, high = ((ends + side * 1.2e-7 * np.abs(ends)).astype(np.float32) for side in (-1.0, 1.0))
     gaps = np.maximum(low[1] - high[0], low[0] - high[1])
@@ -78,8 +84,8 @@ def test_pairs_whose_boxes_single_precision_pulls_apart_are_edges_too() -> None:
     squares = dx * dx + dy * dy + dz * dz
     hardest = np.argsort((gaps * gaps).sum(axis=1, dtype=np.float32) / squares)[-100:]
     for pair in hardest:
-        channels = np.zeros((16, 9))
-        channels[:, :3] = np.repeat(ends[:, pair], 8, axis=0)
+        channels = np.zeros((64, 9))
+        channels[:, :3] = np.repeat(ends[:, pair], 32, axis=0)
         roots = filtration(channels, LOOSE._replace(reach=float(squares[pair])), 1e15).root
         assert roots[0] == roots[-1]
 

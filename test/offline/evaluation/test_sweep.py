@@ -189,3 +189,16 @@ def test_a_recording_that_fails_is_named_and_the_rest_is_done(bags, tmp_path, ca
     err = capsys.readouterr().err
     assert err.count(f"failed: {broken}") == 1  # not once per combination
     assert len(list((tmp_path / "cache").glob("*.json"))) == 2
+
+
+@pytest.mark.parametrize(("command", "shown"), [("sweep", 3), ("evaluate", 10)])
+def test_many_rejected_clouds_are_named_in_part_and_counted(command, shown, tmp_path, capsys) -> None:
+    frame = simulate(tabletop(0), Camera.kinect(16, 12), 0)
+    bag = tmp_path / "a.mcap"
+    write_recording(bag, [(frame.cloud, frame.labels)] * 14)
+    cache = ["--cache", str(tmp_path / "cache")] if command == "sweep" else []
+    assert main([command, str(bag), *cache, "--set", "max_points=10"]) == 1
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("rejected: ")]
+    total = len(lines) - 1 + int(lines[-1].split()[-2])
+    assert len(lines) == shown + 1 and lines[-1].endswith(" more") and total in (14, 28), "clouds, and perhaps truths"
+    assert all("too_many_points" in line for line in lines[:-1])
