@@ -83,3 +83,57 @@ def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: 
         syz += y * z
         szz += z * z
     return np.array([count, sx, sy, sz, sxx, sxy, sxz, syy, syz, szz])
+
+
+@kernel
+def best_plane(
+    xyz: FloatArray, near: FloatArray, triples: IntArray, fewest: float, miss: float
+) -> tuple[FloatArray, float, int]:
+    best, best_offset = 0, 0.0
+    best_normal = np.zeros(3)
+    n = len(xyz)
+    first = min(FIRST, n)
+    x, y, z = xyz[:, 0].copy(), xyz[:, 1].copy(), xyz[:, 2].copy()
+    for t in range(len(triples)):
+        p, q, r = xyz[triples[t, 0]], xyz[triples[t, 1]], xyz[triples[t, 2]]
+        ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+        u, v, w = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        length = math.sqrt(u * u + v * v + w * w)
+        if not length > 1e-6:
+            continue
+        u, v, w = u / length, v / length, w / length
+        offset = -(u * p[0] + v * p[1] + w * p[2])
+        inliers = 0
+        for i in range(first):
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= near[i]
+        if 2 * inliers * n < best * first:
+            continue
+        for i in range(first, n):
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= near[i]
+        if inliers > best:
+            best, best_offset = inliers, offset
+            best_normal[0], best_normal[1], best_normal[2] = u, v, w
+    return best_normal, best_offset, best
+
+
+@summing
+def weighted_moments(xyz: FloatArray, near: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
+    count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
+    sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    u, v, w = normal[0], normal[1], normal[2]
+    for i in range(len(xyz)):
+        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        on = abs(u * x + v * y + w * z + offset) <= near[i]
+        m = 1e-6 / (near[i] * near[i]) if on else 0.0
+        count += m
+        sx += m * x
+        sy += m * y
+        sz += m * z
+        sxx += m * x * x
+        sxy += m * x * y
+        sxz += m * x * z
+        syy += m * y * y
+        syz += m * y * z
+        szz += m * z * z
+    return np.array([count, sx, sy, sz, sxx, sxy, sxz, syy, syz, szz])
