@@ -61,7 +61,7 @@ def python(
 
 
 def reset_peak() -> None:
-    """Let the peak of this process's memory begin anew, with nothing set aside by the allocator."""
+    """Let the peak of this process's memory start over, with nothing set aside by the allocator."""
     ctypes.CDLL(None).malloc_trim(0)
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
 

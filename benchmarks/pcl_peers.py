@@ -132,6 +132,29 @@ def supervoxels(
     return timing(answer["supervoxels"]["times_ms"]), np.fromfile(labels, np.int32)
 
 
+def objects(
+    cloud: Cloud,
+    rows: npt.NDArray[np.int64],
+    method: str,
+    value: float,
+    folder: Path,
+    *,
+    plane: float = 0.01,
+    smallest: int = 64,
+) -> tuple[Timing, npt.NDArray[np.int32]]:
+    """Find objects among some points of a cloud; returns the processor's time and the labels, 0 = none.
+
+    The method is ``lccp`` with voxels of `value` (m), ``region_growing`` up to an angle of `value` (degrees), or
+    ``clusters`` of points up to `value` (m) apart, each after the plane with most inliers within `plane` (m) has been
+    removed (0: without that).
+    """
+    points, labels = folder / "points.f32", folder / "labels.i32"
+    rgb = np.zeros((len(cloud), 3), np.uint8) if cloud.rgb is None else cloud.rgb
+    np.column_stack([cloud.xyz[rows].astype(np.float32), pack_rgb(rgb[rows])]).tofile(points)
+    answer = _run("objects", method, value, points, plane, smallest, labels)
+    return timing(answer["objects"]["times_ms"]), np.fromfile(labels, np.int32)
+
+
 def region_growing(
     cloud: Cloud,
     rows: npt.NDArray[np.int64],

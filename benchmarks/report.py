@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 BUSY = 0.5
-"""Load before a part from which other processes were at work too."""
+"""Load before a part above which other processes must have been running too."""
 
 REACHED = {True: "yes", False: "**no**", None: "not measured"}
 
@@ -24,12 +24,12 @@ find is compared before their times count: components at every scale, and every 
 
 
 FINDINGS = Path(__file__).resolve().parent / "findings.md"
-"""Written by hand: what was not reached, and the profile that shows why."""
+"""Written by hand: what to know about the goals."""
 
 
 def markdown(parts: Mapping[str, Mapping[str, Any]], pictures: Mapping[str, Path]) -> str:
     """Return the document; `pictures` are file names by part, in the folder `images` beside it."""
-    blocks = [HEAD, *_machines(parts), "## What was to be reached", _goals(parts)]
+    blocks = [HEAD, *_machines(parts), "## Goals", _goals(parts)]
     if FINDINGS.exists():
         blocks.append(FINDINGS.read_text(encoding="utf-8"))
     for name, part in parts.items():
@@ -43,7 +43,7 @@ def markdown(parts: Mapping[str, Mapping[str, Any]], pictures: Mapping[str, Path
 
 
 def table(columns: list[str], rows: Iterable[list[str]]) -> str:
-    """Return a Markdown table; columns of numbers are set to the right."""
+    """Return a Markdown table; columns of numbers are right-aligned."""
     rows = list(rows)
     right = [i > 0 and all(_is_number(row[i]) for row in rows) for i in range(len(columns))]
     rule = ["---:" if to_right else "---" for to_right in right]
@@ -55,7 +55,7 @@ def _is_number(text: str) -> bool:
 
 
 def _machines(parts: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Say once what all parts share, and what differs of each."""
+    """Say once what all parts share, and how each differs."""
     said: list[str] = []
     by_machine: dict[str, list[str]] = {}
     for name, part in parts.items():
@@ -66,16 +66,16 @@ def _machines(parts: Mapping[str, Mapping[str, Any]]) -> list[str]:
     # The parts load the machine themselves, so only the first tells whether it was idle.
     if parts and next(iter(parts)) in busy:
         load = next(iter(parts.values()))["load_before"]
-        said.append(f"The machine was not idle at the start (load {load:g}): these figures are worse than it can do.")
+        said.append(f"The machine was not idle at the start (load {load:g}); idle, it does better than these figures.")
     paces = [ms for part in parts.values() for ms in part["pace_ms"]]
     if paces:
         said.append(
             f"A fixed piece of work, sorting a million numbers, took {min(paces):.0f} to {max(paces):.0f} ms before "
-            "and after the parts: so unlike is what a shared machine gives from one minute to the next. Ratios within "
-            "a part suffer less from it than milliseconds."
+            "and after the parts: a shared machine varies that much from one minute to the next. Ratios within a part "
+            "suffer less from this than milliseconds do."
         )
     if any(part["quick"] for part in parts.values()):
-        said.append("Some parts were a quick run, of few repetitions.")
+        said.append("Some parts come from a quick run with few repetitions.")
     return said
 
 

@@ -35,7 +35,7 @@ def main() -> None:
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         page.goto(page_file.as_uri())
         page.locator(".column").nth(FRAME).click()
-        page.locator(f'[data-closer="{FRAME}"]').click()
+        page.locator(f'[data-detail="{FRAME}"]').click()
         page.mouse.move(0, 0)
         picture = Image.open(io.BytesIO(page.screenshot()))
         browser.close()

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make wrong changes to the package one at a time and see whether the tests notice.
 
-Usage: ``python scripts/mutants.py [--room NAME] [--number N] [--share S] [--again RESULT] [--unchecked] [--list]``
+Usage: ``python scripts/mutants.py [--room NAME] [--number N] [--share S] [--again RESULT] [--unchecked]``
+or ``python scripts/mutants.py --list`` or ``--publish``
 
 A mutant is one small wrong change: a comparison, a constant, a sign, an argument, a condition or a statement. Which
 ones are tried follows from the seed and the changed line alone. Each must fail one of the tests of its room. Results
@@ -27,6 +28,7 @@ from typing import Any
 
 import yaml
 from mutation.choice import Mutant, chosen
+from mutation.page import page
 from mutation.report import ENOUGH, share_killed, summary
 from mutation.rooms import BY_NAME, ROOMS, tests_of
 from mutation.tree import Tree
@@ -34,6 +36,9 @@ from mutation.tree import Tree
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build"
 RESULTS = BUILD / "mutants.json"
+PAGE = ROOT / "docs" / "mutants.md"
+SECONDS = BUILD / "mutants" / "seconds.json"
+"""How long each test file takes with the unchanged sources: the fast ones are run first."""
 EQUIVALENT = Path(__file__).resolve().parent / "mutation" / "equivalent.yaml"
 
 
@@ -51,6 +56,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--id", action="append", default=[], help="this one only, also again; may be repeated")
     parser.add_argument("--unchecked", action="store_true", help="do not try the unchanged sources first")
     parser.add_argument("--list", action="store_true", help="print the mutants and the results so far, and try none")
+    parser.add_argument("--publish", action="store_true", help="write the results so far to docs/mutants.md, try none")
     return parser.parse_args()
 
 
@@ -70,38 +76,50 @@ def known(mutants: list[Mutant], again: str | None, ids: list[str]) -> dict[str,
 def tried(mutant: Mutant, tree: Tree, limit: float) -> dict[str, Any]:
     """Run the tests of a mutant's room until one fails."""
     started = time.monotonic()
-    tests = tests_of(BY_NAME[mutant.room], mutant.file, tree.root)
+    seconds = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
+    own, others = tests_of(BY_NAME[mutant.room], mutant.file, tree.root, seconds)
+    log = BUILD / "mutants" / "tests.log"
     with tree.changed(mutant.file, mutant.text) as importable:
-        killer = tree.test(tests, limit, BUILD / "mutants" / "tests.log") if importable else "the package's import"
+        runs = (tree.test(tests, limit, log) for tests in (own, others) if tests)
+        killer = next(filter(None, runs), "") if importable else "the package's import"
     result = "timeout" if killer == "time limit" else "killed" if killer else "survived"
     place = {name: getattr(mutant, name) for name in ("room", "file", "line", "operator", "before", "after")}
-    return place | {"result": result, "by": killer, "seconds": round(time.monotonic() - started, 1)}
+    date = time.strftime("%Y-%m-%d")
+    return place | {"result": result, "by": killer, "seconds": round(time.monotonic() - started, 1), "date": date}
 
 
 def sound(rooms: set[str], tree: Tree, limit: float) -> bool:
     """Try the unchanged sources with the tests of some rooms: a test that fails anyway would kill every mutant."""
-    tests = sorted({test for name in rooms for test in tests_of(BY_NAME[name], "", tree.root)})
+    tests = sorted({test for name in rooms for tests in tests_of(BY_NAME[name], "", tree.root) for test in tests})
     print(f"the unchanged sources, {len(tests)} test files", flush=True)
     log = BUILD / "mutants" / "unchanged.log"
     killer = tree.test(tests, limit * len(rooms), log)
     if killer:
         print(f"mutants: error: the unchanged sources fail {killer}: see {log}", file=sys.stderr)
+    else:
+        before = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
+        SECONDS.write_text(json.dumps(before | tree.seconds(log), indent=1) + "\n", encoding="utf-8")
     return not killer
 
 
 def main() -> int:
     """Try, print and return the exit status."""
     args = parsed()
-    mutants = [mutant for mutant in chosen(ROOT, args.seed, args.share) if not args.room or mutant.room in args.room]
+    every = chosen(ROOT, args.seed, args.share)
+    mutants = [mutant for mutant in every if not args.room or mutant.room in args.room]
     if args.id:
         mutants = [mutant for mutant in mutants if mutant.id in args.id]
-    results = known(mutants, args.again, args.id)
+    results = known(every, args.again, args.id)
     equivalent = yaml.safe_load(EQUIVALENT.read_text(encoding="utf-8")) or {}
     left = [mutant for mutant in mutants if mutant.id not in results and mutant.id not in equivalent][: args.number]
     if args.list:
         for mutant in mutants:
             found = results.get(mutant.id, {}).get("result", "equivalent" if mutant.id in equivalent else "-")
             print(f"{mutant.id} {found:10} {mutant.file}:{mutant.line}: {mutant.before}  ->  {mutant.after}")
+        return 0
+    if args.publish:
+        PAGE.write_text(page(ROOT, every, results, equivalent), encoding="utf-8")
+        print(f"wrote {PAGE.relative_to(ROOT)}")
         return 0
     if left:
         (BUILD / "mutants").mkdir(parents=True, exist_ok=True)
@@ -118,8 +136,9 @@ def main() -> int:
                 f"{mutant.before}  ->  {mutant.after}",
                 flush=True,
             )
-    print(summary([room.name for room in ROOMS], results, equivalent))
-    return 0 if share_killed(results.values()) >= ENOUGH else 1
+    counted = {name: found for name, found in results.items() if name not in equivalent}
+    print(summary([room.name for room in ROOMS], counted, equivalent))
+    return 0 if share_killed(counted.values()) >= ENOUGH else 1
 
 
 def _write(results: dict[str, dict[str, Any]]) -> None:

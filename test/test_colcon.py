@@ -23,7 +23,7 @@ from topo_region_seg.ros.transport import PROFILES
 PACKAGE = "topo_region_seg"
 COLCON = Path(sysconfig.get_path("scripts")) / "colcon"
 START_SECONDS = 150
-"""The installed copy compiles its kernels anew."""
+"""The installed copy compiles its kernels itself."""
 
 pytestmark = [
     pytest.mark.timeout(300),

@@ -62,7 +62,7 @@ def taken_for_map(sensor: FloatArray) -> Notice:
 
 
 def doubtful_support(support: Support, sensor_known: bool, rows_left: int) -> list[Notice]:
-    """Return what speaks against the place of the sensor, or against the support plane.
+    """Return a notice where the place of the sensor or the support plane is doubtful.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ def is_auto(params: Params) -> bool:
 
 
 def growth_of_output(params: Params) -> Growth:
-    """Return how the regions grow of which the chosen output is made."""
+    """Return how the regions that the chosen output is made of grow."""
     if params.output != "objects":
         return growth_of_regions(params)
     return Growth(

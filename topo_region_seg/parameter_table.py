@@ -99,7 +99,7 @@ class ParameterTable:
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
     def without_effect(self) -> dict[str, str]:
-        """Return the parameters that differ from their defaults in vain, each with the setting that makes it so."""
+        """Return the parameters that differ from their defaults without effect, each with the setting that is why."""
         rows = {row.name: row for row in self.table()}
         found = {}
         for row in rows.values():

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from topo_region_seg.parameter_table import Condition, ParameterError, ParameterTable, parameter
 
@@ -26,6 +26,16 @@ OBJECTS: Condition = {"output": ("objects",)}
 FLOOR: Condition = {"remove_floor": (True,)}
 
 
+def length(default: Any, doc: str, *, low: float, high: float, **spec: Any) -> Any:
+    """Declare a length, metres."""
+    return parameter(default, doc, unit="m", low=low, high=high, **spec)
+
+
+def angle(default: float, doc: str, **spec: Any) -> Any:
+    """Declare an angle, degrees."""
+    return parameter(default, doc, unit="deg", low=0.0, high=180.0, **spec)
+
+
 @dataclass(frozen=True)
 class Params(ParameterTable):
     """Parameters of the segmentation. Lengths are metres, angles degrees, color differences CIE76 dE."""
@@ -36,10 +46,8 @@ class Params(ParameterTable):
     }
 
     # Preprocessing (paper, section V)
-    min_range: float = parameter(0.0, "nearest distance from the sensor that is kept", unit="m", low=0.0, high=1000.0)
-    max_range: float = parameter(
-        10.0, "farthest distance from the sensor that is kept", unit="m", low=0.01, high=1000.0
-    )
+    min_range: float = length(0.0, "nearest distance from the sensor that is kept", low=0.0, high=1000.0)
+    max_range: float = length(10.0, "farthest distance from the sensor that is kept", low=0.01, high=1000.0)
     crop_box: tuple[float, ...] = parameter(
         (), "keep only the box [x_min, y_min, z_min, x_max, y_max, z_max]; empty = everything", unit="m", lengths=(0, 6)
     )
@@ -69,18 +77,16 @@ class Params(ParameterTable):
     remove_floor: bool = parameter(
         True, "remove the dominant plane (table, floor) and what lies behind it, if it is large enough to carry objects"
     )
-    floor_distance: float = parameter(
+    floor_distance: float = length(
         0.01,
         "points nearer to the plane than this belong to it; objects use object_floor_distance",
-        unit="m",
         low=0.0005,
         high=1.0,
         when=({**GROWN, **FLOOR},),
     )
-    floor_min_extent: float = parameter(
+    floor_min_extent: float = length(
         0.3,
         "a plane whose shorter side is less than this carries no objects and is kept",
-        unit="m",
         low=0.0,
         high=100.0,
         when=(FLOOR,),
@@ -88,12 +94,8 @@ class Params(ParameterTable):
     floor_seed: int = parameter(
         0, "seed of the plane search; same cloud, same seed, same plane", low=0, high=2**31 - 1, when=(FLOOR,)
     )
-    voxel_size: float = parameter(
-        0.002,
-        "edge of the thinning voxel grid; 0 = off; every input point still gets a label",
-        unit="m",
-        low=0.0,
-        high=1.0,
+    voxel_size: float = length(
+        0.002, "edge of the thinning voxel grid; 0 = off; every input point still gets a label", low=0.0, high=1.0
     )
 
     # Output
@@ -111,10 +113,9 @@ class Params(ParameterTable):
         choices=("color+normals", "color", "normals"),
         when=(GROWN,),
     )
-    normal_radius: float = parameter(
+    normal_radius: float = length(
         0.01,
         "radius of the neighborhood that gives a point its normal; objects use object_normal_radius",
-        unit="m",
         low=0.0005,
         high=1.0,
         when=(NORMALS,),
@@ -132,34 +133,25 @@ class Params(ParameterTable):
     min_color_threshold: float = parameter(
         0.0, "smallest color difference of joined points", unit="dE", low=0.0, high=500.0, when=(COLORS,)
     )
-    angle_threshold: float = parameter(
-        5.0,
-        "largest angle between normals of joined points; objects use object_angle_threshold",
-        unit="deg",
-        low=0.0,
-        high=180.0,
-        when=(NORMALS,),
+    angle_threshold: float = angle(
+        5.0, "largest angle between normals of joined points; objects use object_angle_threshold", when=(NORMALS,)
     )
-    min_angle_threshold: float = parameter(
-        0.0, "smallest angle between normals of joined points", unit="deg", low=0.0, high=180.0, when=(NORMALS,)
-    )
+    min_angle_threshold: float = angle(0.0, "smallest angle between normals of joined points", when=(NORMALS,))
 
     # Filtration (paper, sections IV.A, IV.B, IV.D)
-    max_radius: float | Literal["auto"] = parameter(
+    max_radius: float | Literal["auto"] = length(
         0.02,
         "largest scale of the Vietoris-Rips filtration (R); auto: the scale of the regions is chosen from the barcode "
         "of each cloud, and lengths grow with the spacing and noise of the sensor's points (see docs/auto_radius.md); "
         "objects use object_radius",
-        unit="m",
         low=1e-6,
         high=10.0,
         words=("auto",),
         when=(GROWN,),
     )
-    radius: float = parameter(
+    radius: float = length(
         0.0,
         "scale of the regions, up to max_radius; 0 = max_radius; the barcode always goes up to max_radius",
-        unit="m",
         low=0.0,
         high=10.0,
         when=(GROWN,),
@@ -176,63 +168,67 @@ class Params(ParameterTable):
     )
 
     # Supervoxels
-    seed_spacing: float = parameter(
+    seed_spacing: float = length(
         0.03,
         "supervoxels: spacing of their seeds, and the largest distance of a point from its patch's seed",
-        unit="m",
         low=0.001,
         high=10.0,
         when=({"output": ("supervoxels",)},),
     )
 
     # Objects
-    object_radius: float = parameter(
-        0.01,
-        "objects: largest scale of the regions that they are made of",
-        unit="m",
-        low=1e-6,
-        high=10.0,
-        when=(OBJECTS,),
+    object_radius: float = length(
+        0.01, "objects: largest scale of the regions that they are made of", low=1e-6, high=10.0, when=(OBJECTS,)
     )
-    object_angle_threshold: float = parameter(
-        4.0,
-        "objects: largest angle between normals of joined points",
-        unit="deg",
-        low=0.0,
-        high=180.0,
-        when=(OBJECTS,),
+    object_angle_threshold: float = angle(
+        4.0, "objects: largest angle between normals of joined points", when=(OBJECTS,)
     )
-    object_normal_radius: float = parameter(
+    object_normal_radius: float = length(
         0.008,
         "objects: radius of the neighborhood that gives a point its normal",
-        unit="m",
         low=0.0005,
         high=1.0,
         when=(OBJECTS,),
     )
-    object_floor_distance: float = parameter(
+    object_floor_distance: float = length(
         0.004,
         "objects: points nearer to the plane than this belong to it; two to three times the noise of the depth",
-        unit="m",
         low=0.0005,
         high=1.0,
         when=({**OBJECTS, **FLOOR},),
     )
-    object_border_radius: float = parameter(
+    object_border_radius: float = length(
         0.015,
         "objects: points of two regions up to this far apart judge the border",
-        unit="m",
         low=1e-6,
         high=10.0,
         when=(OBJECTS,),
     )
-    object_groove_angle: float = parameter(
+    object_groove_angle: float = angle(
         15.0,
         "objects: where normals turn to the inside by more than this over object_border_radius, on the mean of all "
         "directions, points lie in a groove, which parts regions",
-        unit="deg",
+        when=(OBJECTS,),
+    )
+    object_vessels: bool = parameter(
+        True,
+        "objects: the inside of a cup or bowl is one object with its outside; organized clouds only",
+        when=(OBJECTS,),
+    )
+    object_min_area: float = parameter(
+        0.0006,
+        "objects: smallest area of an object, as seen from the sensor; organized clouds only",
+        unit="m²",
         low=0.0,
-        high=180.0,
+        high=1.0,
+        when=(OBJECTS,),
+    )
+    min_confidence: float = parameter(
+        0.5,
+        "objects: how sure it must be that a segment is a thing and not a wall, the rim of a bin or the robot: the share "
+        "of its outline that speaks for it; organized clouds only",
+        low=0.0,
+        high=1.0,
         when=(OBJECTS,),
     )
     object_convexity: float = parameter(

@@ -12,6 +12,7 @@ import numpy as np
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
+from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud.records import read_records, write_labeled_records
@@ -32,6 +33,7 @@ from topo_region_seg.steps.sensor import known_position, position_above_map
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
+from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions, scales
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -63,7 +65,7 @@ class Pipeline:
             As decoded, invalid points included.
         warn : callable, optional
             Called with the code and text of each notice: the cloud had to be thinned to `max_points`, or parameters
-            differ from their defaults in vain (once). Without it they become a :class:`SegmentationWarning`.
+            differ from their defaults without effect (once). Without it they become a :class:`SegmentationWarning`.
 
         Raises
         ------
@@ -91,23 +93,30 @@ class Pipeline:
             with clock("local_units"):
                 units = local_units(xyz, rows, cloud.width, cloud.height)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
+        framed = None
+        if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
+            with clock("surfaces"):
+                size = cloud.height, cloud.width
+                framed = frame_scene(xyz, rows, *size, params, sensor_known=known is not None)
+        scene = framed[0] if framed else None
         with clock("floor"):
-            support, distance = NO_SUPPORT, growth.floor_distance
-            if params.remove_floor:
+            support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
+            if params.remove_floor and scene is None:
                 given = distance, params.floor_min_extent, params.floor_seed
                 support = find_support(xyz, *given, sensor_known=known is not None)
             plane = support.plane
-            if plane is not None:
-                kept = above(xyz, plane, distance)
+            if plane is not None or scene is not None:
+                kept = free_points(scene, rows) if scene is not None or plane is None else above(xyz, plane, distance)
                 rows, xyz = rows[kept], gather(xyz, kept)
-                plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             else:
                 xyz = np.ascontiguousarray(xyz)
+            if plane is not None:
+                plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             notices += doubtful_support(support, known is not None, len(rows))
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
-            thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
+            thinned = None if scene else thin_for(params, xyz, rgb, mix_colors=not exact)
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
@@ -117,7 +126,13 @@ class Pipeline:
             lab = srgb_to_lab(points.rgb) if points.rgb is not None and seen else None
         with clock("normals"):
             tree = position_tree(points.xyz)
-            radius = growth.normal_radius if units is None else units.normal_radius(points.xyz, growth)
+            radius: float | FloatArray = growth.normal_radius
+            if units is not None:
+                radius = units.normal_radius(points.xyz, growth)
+            lengths = AS_GIVEN
+            if scene is not None:
+                lengths = lengths_of(scene, params)
+                radius = growth.normal_radius * scales(lengths, points.xyz @ scene.axes[2])
             normals = (
                 estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors) if growth.uses_normals else None
             )
@@ -129,7 +144,13 @@ class Pipeline:
         if params.output == "objects" and normals is not None:
             with clock("grooves"):
                 compared = normals.copy()
-                compared[find_grooves(points.xyz, normals, tree, params)] = np.nan
+                if scene is None:
+                    grooves = find_grooves(points.xyz, normals, tree, params)
+                else:
+                    grooves = grooves_in(scene, normals, rows, lengths, params)
+                    local = local_positions(points.xyz, scene.axes, lengths)
+                    tree = position_tree(local)
+                compared[grooves] = np.nan
         with clock("filtration"):
             channels = homogeneity_channels(local, lab, compared, growth)
             limits = criterion(growth, growth.max_radius)
@@ -148,6 +169,8 @@ class Pipeline:
             features=Features(lab, normals),
             plane=plane,
             growth=growth,
+            scene=scene,
+            lengths=lengths,
         )
         scale = growth.radius
         if auto:

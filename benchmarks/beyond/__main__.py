@@ -51,21 +51,21 @@ def main(arguments: list[str] | None = None) -> int:
     return status
 
 
-def with_measured(document: str, measured: str) -> str:
-    """Return the text of a document with `measured` between its markers.
+def with_measured(document: str, measured: str, begin: str = BEGIN, end: str = END) -> str:
+    """Return the text of a document with `measured` between the lines `begin` and `end`.
 
     Raises
     ------
     ValueError
         If the markers are missing.
     """
-    before, begun, rest = document.partition(BEGIN)
-    _, ended, after = rest.partition(END)
+    before, begun, rest = document.partition(begin)
+    _, ended, after = rest.partition(end)
     if not begun or not ended:
-        raise ValueError(f"the document lacks the lines '{BEGIN.strip()}' and '{END.strip()}'")
+        raise ValueError(f"the document lacks the lines '{begin.strip()}' and '{end.strip()}'")
     on = machine.describe()
     line = f"Measured on {date.today().isoformat()}, {on['cpu']}, {on['cores']} cores, commit {on['commit']}."
-    return f"{before}{BEGIN}\n{measured.strip()}\n\n{line}\n\n{END}{after}"
+    return f"{before}{begin}\n{measured.strip()}\n\n{line}\n\n{end}{after}"
 
 
 def _parser() -> argparse.ArgumentParser:

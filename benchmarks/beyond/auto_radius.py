@@ -86,11 +86,11 @@ def measure(setting: Setting, images: Path) -> str:
     rows.append(["the best fixed one of each frame", f"{np.mean(np.max(fixed, axis=1)):.3f}"])
     auto_ms, plain_ms = (median(ms) for ms in zip(*times, strict=True))
     blocks = [
-        f"On {len(chosen)} {source()} 640x480 frames, the mean over the frames; all else at the defaults.",
+        f"On {len(chosen)} {source()} 640x480 frames, mean over the frames; everything else at its default.",
         table(["`max_radius`", "WOv"], rows),
-        f"Auto is {np.mean(auto) - means[best]:+.3f} from the best fixed radius, {1e3 * RADII[best]:g} mm. It chose "
-        f"{min(radii):.1f} to {max(radii):.1f} mm. A frame takes {auto_ms:.0f} ms in the median without decoding and "
-        f"encoding, with the default radius {plain_ms:.0f} ms.",
+        f"Auto against the best fixed radius, {1e3 * RADII[best]:g} mm: {np.mean(auto) - means[best]:+.3f}. It chose "
+        f"{min(radii):.1f} to {max(radii):.1f} mm. A frame takes {auto_ms:.0f} ms (median, without decoding and "
+        f"encoding), with the default radius {plain_ms:.0f} ms.",
     ]
     distances, scenes = setting.choose(DISTANCES, DISTANCES[1::3]), range(setting.choose(SCENES, 1))
     ways = {"auto": AUTO, f"{1e3 * Params().max_radius:g} mm": Params(), f"{1e3 * LONG:g} mm": Params(max_radius=LONG)}

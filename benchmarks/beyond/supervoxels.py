@@ -18,7 +18,7 @@ from benchmarks.recordings import FIRST_OBJECT, PER_OBJECT, Frame, frames, sourc
 from benchmarks.report import table
 from benchmarks.results import Setting
 from topo_region_seg.data import LabelArray
-from topo_region_seg.offline.evaluation.boundaries import boundary, boundary_precision, boundary_recall
+from topo_region_seg.offline.evaluation.boundaries import boundary, share_near
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
@@ -73,8 +73,8 @@ def judged(frame: Frame, labels: LabelArray) -> list[float]:
     shape = (cloud.height, cloud.width)
     truth = whole_objects(frame.truth)
     known = np.isfinite(cloud.xyz).all(axis=1) & (truth > 0)
-    grids = truth.reshape(shape), labels.reshape(shape), known.reshape(shape)
-    recall, precision = boundary_recall(*grids), boundary_precision(*grids)
+    true, own = (boundary(of.reshape(shape), known.reshape(shape)) for of in (truth, labels))
+    recall, precision = share_near(true, own), share_near(own, true)
     count = len(np.unique(labels[labels > 0]))
     error = undersegmentation_error(truth[known], labels[known])
     return [count, recall or 0.0, precision or 0.0, error]

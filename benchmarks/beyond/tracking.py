@@ -45,7 +45,7 @@ SWEEP = math.radians(40.0)
 SHARE = 0.5
 """Of a true segment's points, those that its label has at least, for the segment to have a label at all."""
 SAME = 0.5
-"""Intersection over union of two regions of consecutive frames from which on they are taken for one thing."""
+"""Intersection over union from which two regions of consecutive frames are taken for the same thing."""
 OUTPUTS = ("regions", "objects")
 PICTURES = 4
 
@@ -213,11 +213,11 @@ def measure(setting: Setting, images: Path) -> str:
         f"Simulated tabletop, camera at rest, Kinect noise, {still} frames each: points that do not have the label "
         "of the frame before, percent (points with a label in both frames).",
         table(["", "untracked", TRACKED, HELD], static_rows),
-        f"Camera moving round the tabletop, {moving} frames, {math.degrees(SWEEP) * moving / ORBIT_FRAMES:.0f} "
-        "degrees: how often a true segment got another label than it had last.",
+        f"Camera moving around the tabletop, {moving} frames, {math.degrees(SWEEP) * moving / ORBIT_FRAMES:.0f} "
+        "degrees: how often a true segment got a label other than its last one.",
         table(["", "sightings", "untracked", TRACKED, HELD], moving_rows),
         "What each part brings there: regions, the mean over the scenes at rest and the sum over those that the camera "
-        "moves round.",
+        "moves around.",
         table(
             ["", "points changing their label, percent", "switches"],
             [
@@ -225,10 +225,10 @@ def measure(setting: Setting, images: Path) -> str:
                 for name, found in ablation.items()
             ],
         ),
-        "What each part brings where overlap alone is not enough: objects, whose label switches.",
+        "What each part brings where overlap alone is not enough: how often the labels of objects switch.",
         _moving_things(),
-        "Streams of few frames, far apart: regions of consecutive frames that lie on one another in the image "
-        f"(intersection over union from {SAME}) but differ in label.",
+        "Short streams with frames far apart: regions of consecutive frames that overlap in the image "
+        f"(intersection over union from {SAME}) but have different labels.",
         table(["", "pairs", "untracked", TRACKED, HELD], apart_rows),
     ]
     blocks.append(

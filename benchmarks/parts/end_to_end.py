@@ -26,12 +26,12 @@ from topo_region_seg.offline.bags.types import typestore
 TITLE = "5. End to end over DDS"
 HZ = 30.0
 SLOWER_HZ = (15.0, 10.0)
-AS_IT_COMES = {"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}
-"""The environment of a camera whose Fast DDS has not been told of clouds."""
+FAST_DDS_DEFAULTS = {"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}
+"""The environment of a camera whose Fast DDS is not set up for clouds."""
 DROPS, LATENCY_MS = 0.02, 80.0
 COUNTS = ("received", "processed", "dropped", "lost in transport", "rejected")
 SETTLE = 3.0
-"""Seconds until the node has told its last counts."""
+"""Seconds until the node has published its last counts."""
 
 
 def measure(setting: Setting) -> Result:
@@ -54,7 +54,7 @@ def measure(setting: Setting) -> Result:
     result.at_most(goals[2], on, whole.latency(0.5), LATENCY_MS, "ms")
     runs = [
         whole,
-        _run(setting.folder, HZ, seconds / 3.0, AS_IT_COMES),
+        _run(setting.folder, HZ, seconds / 3.0, FAST_DDS_DEFAULTS),
         *(_run(setting.folder, hz, seconds / 3.0) for hz in setting.choose(SLOWER_HZ, ())),
     ]
     rows = [["published", *(str(run.sent) for run in runs)]]
@@ -67,15 +67,15 @@ def measure(setting: Setting) -> Result:
     ]
     rows += [["node's use of processors (cores)", *(f"{run.cores:.2f}" for run in runs)]]
     columns = ["what", *(run.name for run in runs)]
-    result.tables.append(Table("Frames and their way through the node", columns, rows))
+    result.tables.append(Table("Frames on their way through the node", columns, rows))
     result.notes.append(
-        "Drops are all frames that were published and not answered. What the camera replaces in its queue before the "
-        "node has taken the first cloud is unknown to the node."
+        "Drops are all frames that were published but not answered. The node does not know of frames that the camera "
+        "replaced in its queue before the node took the first cloud."
     )
     result.notes.append(
         "Camera, node and listener share the machine's cores; clouds are 9.8 MB, published reliably. The camera has "
-        "the transports of `topo_region_seg/ros/fastdds.xml`, as the README has it, unless the column says otherwise; "
-        "node and player take them by themselves."
+        "the transports of `topo_region_seg/ros/fastdds.xml`, as in [On a robot](robot.md#clouds-at-30-hz), unless "
+        "the column says otherwise; node and player use them by themselves."
     )
     result.data = {
         run.name: {"sent": run.sent, **run.counts, "median_ms": run.latency(0.5), "cores": run.cores} for run in runs
@@ -141,7 +141,7 @@ def _run(folder: Path, hz: float, seconds: float, camera_environment: Mapping[st
             output = camera.communicate(timeout=10.0)[0]
         if camera.returncode:
             raise ChildError(f"the camera ended with {camera.returncode}; {output.strip()}")
-    name = f"{hz:g} Hz, the camera's Fast DDS as it comes" if camera_environment else f"{hz:g} Hz"
+    name = f"{hz:g} Hz, the camera's Fast DDS at its defaults" if camera_environment else f"{hz:g} Hz"
     return Run(name, int(output.split()[-1]), counts, latencies, cores)
 
 

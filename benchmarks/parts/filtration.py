@@ -36,12 +36,12 @@ PCL_NORMALS = f"PCL NormalEstimationOMP, k = {NEIGHBORS}"
 
 NOTES = (
     f"R = {PARAMS.max_radius} m, dE to {PARAMS.color_threshold:g}, angles to {PARAMS.angle_threshold:g} degrees. "
-    "The core and NormalEstimationOMP use two threads; the other programs know one.",
+    "The core and NormalEstimationOMP use two threads; the other programs use one.",
     "SciPy: `query_pairs`, mask, `minimum_spanning_tree`, `connected_components` at each scale. ripser.py and GUDHI "
     "are given the finished list of edges. HDBSCAN and Open3D's DBSCAN answer other questions, from positions alone; "
     "they are here for scale.",
     "PCL's components are compared at every scale, up to the rounding of its single precision. Its search in "
-    "organized clouds misses neighbors; the goal is held against its kd-tree, whose components are the same.",
+    "organized clouds misses neighbors; the goal is measured against its kd-tree, whose components are the same.",
 )
 
 
@@ -170,7 +170,7 @@ def _try(module: str, work: Callable[[], Any], repeats: int) -> tuple[Timing, An
     try:
         importlib.import_module(module)
     except (ImportError, OSError) as error:  # a library of the system may be missing too
-        return f"not there: {str(error).splitlines()[0]}"
+        return f"not installed: {str(error).splitlines()[0]}"
     return timed(work, repeats, 0)
 
 

@@ -52,7 +52,7 @@ def measure(setting: Setting) -> Result:
     rows = [[s, f"{t.best:.2f}", f"{t.median:.2f}", f"{t.quantile(0.99):.2f}"] for s, t in times.items()]
     result.data["stages"] = {stage: {**t.as_dict(), "p99_ms": t.quantile(0.99)} for stage, t in times.items()}
     _pcl(times, params, on, setting, result, rows)
-    result.tables.append(Table("A frame's way", ["stage", "best (ms)", "median (ms)", "99 % (ms)"], rows))
+    result.tables.append(Table("A frame, stage by stage", ["stage", "best (ms)", "median (ms)", "99 % (ms)"], rows))
     _quality(params, setting, result)
     return result
 

@@ -17,7 +17,7 @@ TITLE = "6. Memory"
 BYTES_PER_POINT, FIXED_MB = 250, 50.0
 SAMPLE_EVERY = 24  # frames; a multiple of the number of frames, so that the same one has just been answered
 GROWTH_MB = 2.0
-"""What may be laid to chance: pages that the allocator keeps."""
+"""What may be chance: pages that the allocator keeps."""
 
 SIZES = ((26_000, 0.03), (200_000, 0.02), (800_000, 0.02))
 

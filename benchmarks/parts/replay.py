@@ -55,8 +55,8 @@ def measure(setting: Setting) -> Result:
     result.tables.append(Table("Milliseconds a cloud", ["way", "best", "median"], rows))
     result.data = {"alone_ms": median(alone), "ms": {way: median(times) for way, times in walls.items()}}
     result.notes.append(
-        "The pipeline runs slower beside the threads that read and write, as they share two cores with it; the goals "
-        "are measured against both its times."
+        "The pipeline runs slower beside the threads that read and write, as they share two cores with it. The goals "
+        "are measured against both of its times."
     )
     return result
 

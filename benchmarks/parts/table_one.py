@@ -65,9 +65,9 @@ def measure(setting: Setting) -> Result:
     columns = ["object of the paper", "points", "distance (m)", "features", "paper (ms)", "here (ms)", "times faster"]
     result.tables.append(Table(f"Clouds of the same size, cut from {source()} frames", columns, rows))
     result.notes.append(
-        "The paper's clouds are not public; ours are as large and no more alike than that. Its machine and language "
-        "are of its time: the last column says how far one has come, not which algorithm is better. The time is that "
-        "of computing topological persistence, as in the paper."
+        "The paper's clouds are not public; ours have as many points and nothing else in common with them. The paper's "
+        "machine and language are those of 2016: the last column shows how far things have come since, not which "
+        "algorithm is better. The time is that of computing topological persistence, as in the paper."
     )
     return result
 

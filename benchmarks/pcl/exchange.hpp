@@ -50,5 +50,6 @@ inline std::string timed(const std::string& name, int repeats, const std::functi
 std::string clusters(const std::vector<std::string>& arguments);
 std::string normals(const std::vector<std::string>& arguments);
 std::string frame(const std::vector<std::string>& arguments);
+std::string objects(const std::vector<std::string>& arguments);
 std::string region_growing(const std::vector<std::string>& arguments);
 std::string supervoxels(const std::vector<std::string>& arguments);

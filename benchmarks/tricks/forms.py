@@ -86,20 +86,6 @@ def _sums_in_order() -> None:
     _replace("compiled.dialect", summing=_kernel)
 
 
-def _plain_gap() -> None:
-    def gap_of_four(boxes, a, others, b, three):  # type: ignore[no-untyped-def]
-        p, q, t = np.uint64(a), np.uint64(b), np.uint64(three)
-        gap = np.float32(0.0)
-        for c in range(3):
-            below = others[t, q, 0, np.uint64(c)] - boxes[t, p, 1, np.uint64(c)]
-            above = boxes[t, p, 0, np.uint64(c)] - others[t, q, 1, np.uint64(c)]
-            apart = max(np.float32(0.0), below, above)
-            gap += apart * apart
-        return gap
-
-    _replace("compiled.lanes", gap_of_four=_inlined(gap_of_four))
-
-
 def _plain_zeros() -> None:
     def trailing_zeros(bits):  # type: ignore[no-untyped-def]
         place = 0
@@ -213,6 +199,7 @@ def _marked_bucket() -> None:
 
 
 FILTRATIONS = ("filtration", "filtration, ball", "filtration, made")
+SUPERVOXELS = ("supervoxels", "supervoxels, random")
 WALKS = ("normals", "small_regions", "grooves", "objects", "adjacency", "supervoxels")
 
 FORMS = {
@@ -222,10 +209,9 @@ FORMS = {
     "summing": Form("sums are taken in any order", ("support", "normals", "grooves", "supervoxels"), _sums_in_order),
     "single precision": Form("leaves are sieved in single precision first", FILTRATIONS, _no_sieve),
     "vector sieve": Form("the sieve takes eight points at once", FILTRATIONS, _plain_sieve),
-    "vector gap": Form("the gap of boxes takes four cells at once", (*WALKS, *FILTRATIONS), _plain_gap),
     "trailing zeros": Form(
-        "the lowest bit that is set is found by one instruction", ("supervoxels", *FILTRATIONS), _plain_zeros
+        "the lowest bit that is set is found by one instruction", (*SUPERVOXELS, *FILTRATIONS), _plain_zeros
     ),
     "cube root": Form("the cube root is three of Halley's steps", ("color",), _library_root),
-    "filled buckets": Form("a bit tells of each bucket whether it is filled", ("supervoxels",), _marked_bucket),
+    "filled buckets": Form("a bit tells of each bucket whether it is filled", SUPERVOXELS, _marked_bucket),
 }

@@ -156,7 +156,18 @@ def patches() -> Work:
     filtered, params = segmented("supervoxels").filtered, Params(output="supervoxels")
     limits = criterion(filtered.growth, filtered.growth.radius)
     root = filtered.components.root
-    return partial(supervoxels, filtered.channels, filtered.tree, root, filtered.weight, limits, params)
+    xyz, channels = filtered.xyz, filtered.channels
+    return partial(supervoxels, xyz, channels, filtered.tree, root, filtered.weight, limits, params)
+
+
+def scattered_patches() -> Work:
+    """Divide points of random colors into supervoxels: nearly every point is a patch."""
+    points, params = hostile.random_colors(26_000, 0.03), PEERS.replace(output="supervoxels")
+    growth, tree = growth_of_output(params), position_tree(points.xyz)
+    channels = homogeneity_channels(points.xyz, points.lab, points.normals, growth)
+    limits, weight = criterion(growth, growth.radius), np.ones(len(points.xyz), np.int64)
+    root = filtration(channels, limits, growth.max_radius, tree).root
+    return partial(supervoxels, points.xyz, channels, tree, root, weight, limits, params)
 
 
 def local() -> Work:
@@ -199,5 +210,6 @@ STAGES: dict[str, Callable[[], Work]] = {
     "objects": objects,
     "adjacency": borders,
     "supervoxels": patches,
+    "supervoxels, random": scattered_patches,
     "local_units": local,
 }

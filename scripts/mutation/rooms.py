@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 PACKAGE = "topo_region_seg"
 NOT_TRIED = {"compiled/cache.py", "compiled/threads.py", "offline/cli/interrupt.py"}
@@ -27,17 +29,31 @@ class Room:
         found: list[Path] = []
         for path in self.paths:
             place = package / path
-            found += sorted(place.rglob("*.py")) if place.is_dir() else [place] * place.exists()
+            if not place.exists():
+                raise FileNotFoundError(f"{place}: the sources of the room {self.name} are not there")
+            found += sorted(place.rglob("*.py")) if place.is_dir() else [place]
         names = [file.relative_to(package).as_posix() for file in found]
         return [name for name in names if name not in NOT_TRIED and not name.endswith("__init__.py")]
 
 
-_PIPELINE = ("steps", "test_pipeline.py", "test_sensor.py", "beyond")
+_PIPELINE = (
+    "steps",
+    "compiled/test_lattice.py",
+    "compiled/test_sampling.py",
+    "test_pipeline.py",
+    "test_sensor.py",
+    "beyond",
+)
 _ROS = (
     "ros/test_worker.py",
+    "ros/test_log.py",
+    "ros/test_statistics.py",
+    "ros/test_reporter.py",
     "ros/test_ros_processor.py",
+    "ros/test_input_closing.py",
+    "ros/test_parameter_files.py",
+    "ros/test_dead_segments.py",
     "ros/test_input.py",
-    "ros/test_qos.py",
     "ros/test_advice.py",
     "ros/test_ending.py",
     "ros/test_ros_transport.py",
@@ -47,46 +63,58 @@ _ROS = (
 )
 ROOMS = (
     Room("steps", ("steps", "growth.py"), _PIPELINE, 44),
-    Room("kernels", ("compiled",), ("compiled/test_lattice.py", *_PIPELINE), 24),
+    Room("kernels", ("compiled",), _PIPELINE, 24),
     Room("beyond", ("beyond",), ("beyond", "test_pipeline.py", "steps/test_scales.py"), 30),
     Room("core", ("data.py", "params.py", "segmentation.py", "pipeline.py"), ("test_params.py", *_PIPELINE), 16),
-    Room("cloud", ("cloud",), ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py"), 26),
+    Room(
+        "cloud",
+        ("cloud",),
+        ("cloud", "ros/test_ros_processor.py", "offline/test_segment.py", "offline/evaluation/test_evaluate.py")
+        + ("offline/test_whole_files.py",),
+        26,
+    ),
     Room(
         "bags",
         ("offline/bags", "offline/frames.py", "offline/stamps.py"),
-        ("offline/bags", "offline/test_inspect.py", "offline/test_tools.py"),
+        ("offline/bags", "offline/test_inspect.py", "offline/test_tools.py", "offline/test_whole_files.py"),
         30,
     ),
     Room("ros", ("ros",), _ROS, 26),
     Room(
         "evaluation",
         ("offline/evaluation", "offline/runs"),
-        ("offline/evaluation", "offline/runs", "offline/test_tools.py"),
+        ("offline/evaluation", "offline/runs", "offline/test_tools.py", "offline/test_whole_files.py"),
         30,
     ),
     Room(
         "tools",
         ("offline/cli", "offline/inspection", "offline/report"),
         ("offline/test_tools.py", "offline/test_segment.py", "offline/test_inspect.py", "offline/runs")
-        + ("offline/evaluation", "offline/report/test_report.py"),
+        + ("offline/evaluation", "offline/report/test_report.py", "offline/test_whole_files.py"),
         30,
     ),
 )
 BY_NAME = {room.name: room for room in ROOMS}
 
 
-def tests_of(room: Room, file: str, root: Path) -> list[str]:
-    """Return the tests that a file of a room must satisfy, those that name it or its folder first.
+def tests_of(
+    room: Room, file: str, root: Path, seconds: Mapping[str, float] = MappingProxyType({})
+) -> tuple[list[str], list[str]]:
+    """Return the tests that a file of a room must satisfy: those that name it or its folder, and the others.
 
     A test file counts as the file's own where their names share a word, such as `compare.py` and `test_compare.py`.
+    Both begin with the fast ones; what each took with the unchanged sources is in `seconds`.
     """
     files: list[Path] = []
     for path in room.tests:
         place = root / "test" / path
-        files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place] * place.exists()
-    words = {word for part in Path(file).with_suffix("").parts[-2:] for word in part.rstrip("s").split("_")}
-    ranked = sorted(dict.fromkeys(files), key=lambda place: not words & _words(place))
-    return [place.relative_to(root).as_posix() for place in ranked]
+        if not place.exists():
+            raise FileNotFoundError(f"{place}: the tests of the room {room.name} are not there")
+        files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
+    words = {word for part in file.removesuffix(".py").split("/")[-2:] for word in part.rstrip("s").split("_")}
+    names = {place.relative_to(root).as_posix(): bool(words & _words(place)) for place in files}
+    ranked = sorted(names, key=lambda name: seconds.get(name, 0.0))
+    return [name for name in ranked if names[name]], [name for name in ranked if not names[name]]
 
 
 def _words(test: Path) -> set[str]:

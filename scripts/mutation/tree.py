@@ -15,11 +15,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from xml.etree import ElementTree
 
 from mutation.rooms import PACKAGE
 
 CPU_LIMIT = 240
 """Seconds of processor time for the tests of one mutant: one that never ends uses them up, however busy the machine."""
+PLUGINS = ("-p", "pytest_timeout", "-p", "_hypothesis_pytestplugin")
+"""What the tests need of pytest's plugins: to load all that are installed takes longer than most tests."""
 WHERE = "from topo_region_seg.compiled.cache import cache_folder; print(cache_folder())"
 WARM_UP = "from topo_region_seg.pipeline import warm_up; warm_up()"
 
@@ -49,6 +52,7 @@ class Tree:
         self.environment = os.environ | {
             "PYTHONPATH": str(self.root),
             "PYTHONDONTWRITEBYTECODE": "1",
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
             "NUMBA_CACHE_DIR": str(self._caches),
             "HYPOTHESIS_STORAGE_DIRECTORY": str(place / "hypothesis"),
         }
@@ -90,7 +94,8 @@ class Tree:
 
     def test(self, tests: list[str], limit: float, log: Path) -> str:
         """Run tests until the first that fails; return its name, "" if all pass, or why it is not known."""
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", *tests]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header"]
+        command += [*PLUGINS, f"--junit-xml={log.with_suffix('.xml')}", *tests]
         with log.open("w", encoding="utf-8") as output:
             process = subprocess.Popen(
                 command,
@@ -115,6 +120,16 @@ class Tree:
             if line.startswith(("FAILED ", "ERROR ")):
                 return line.split(" ", 1)[1].partition(" - ")[0]
         return f"exit status {status}"
+
+    def seconds(self, log: Path) -> dict[str, float]:
+        """Return how long each test file took in the run that wrote a log."""
+        found: dict[str, float] = {}
+        for case in ElementTree.parse(log.with_suffix(".xml")).iter("testcase"):
+            parts = case.attrib["classname"].split(".")
+            names = ("/".join(parts[:end]) + ".py" for end in range(len(parts), 0, -1))
+            name = next((name for name in names if (self.root / name).is_file()), "")
+            found[name] = found.get(name, 0.0) + float(case.attrib["time"])
+        return found
 
     def _cache_folder(self) -> Path | None:
         found = subprocess.run(

@@ -9,9 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from topo_region_seg.beyond.tracking.holding import HOLD, WAIT
 from topo_region_seg.beyond.tracking.tracker import Tracker
-from topo_region_seg.beyond.tracking.tracks import MEMORY
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.offline.simulation.camera import orbit
@@ -22,6 +20,8 @@ from topo_region_seg.segmentation import Segmentation
 PARAMS = Params(track_regions=True, hold_regions=True, remove_floor=False, voxel_size=0.0)
 LABELS_ONLY = PARAMS.replace(hold_regions=False)
 COLORS = ((200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40))
+HOLD, MEMORY, WAIT = 10, 10, 3
+"""Frames, as docs/tracking.md promises."""
 Box = tuple[int, int, int, int, int]  # rows, columns, color
 
 

@@ -18,12 +18,14 @@ from hypothesis import strategies as st
 from topo_region_seg.beyond.tracking import labels, tracker
 from topo_region_seg.beyond.tracking.labels import LARGEST, LabelPool
 from topo_region_seg.beyond.tracking.tracker import Tracker
-from topo_region_seg.beyond.tracking.tracks import MEMORY, Tracks
+from topo_region_seg.beyond.tracking.tracks import Tracks
 from topo_region_seg.data import Barcode, Cloud, Components, RegionTable, SegmentationWarning
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation
 
 PARAMS = Params(track_regions=True)
+MEMORY = 10
+"""Frames, as docs/tracking.md promises."""
 HELD = PARAMS.replace(hold_regions=True)
 
 

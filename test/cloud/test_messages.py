@@ -102,6 +102,10 @@ def test_region_rows(segmented):
         assert all(row[f"min_{n}"] + row[f"extent_{n}"] <= high[i] + 1e-6 for i, n in enumerate("xyz"))
         np.testing.assert_allclose(np.linalg.norm([row[f"normal_{name}"] for name in "xyz"]), 1.0, rtol=1e-5)
         np.testing.assert_allclose(row["persistence"], region.persistence, rtol=1e-6)
+    assert out.is_dense
+    grey = Pipeline(Params(normal_radius=0.015, features="normals")).run(Cloud(cloud.xyz, None, 48, 64))
+    plain = messages.regions(TYPES, header(), grey)
+    assert np.isnan(columns(plain)["L"]).all() and not plain.is_dense
     red, blue = table[np.argsort(table["x"])][[0, -1]]
     assert red["a"] > 40.0 and blue["b"] < -40.0
     assert red["normal_x"] * blue["normal_x"] < 0.0 and max(red["normal_z"], blue["normal_z"]) < 0.0
@@ -109,8 +113,11 @@ def test_region_rows(segmented):
 
 def test_barcode_rows(segmented):
     _, _, seg = segmented
-    table = columns(messages.barcode(TYPES, header(), seg))
-    assert len(table) == len(seg.barcode)
+    out = messages.barcode(TYPES, header(), seg)
+    table = columns(out)
+    assert len(table) == len(seg.barcode) and not out.is_dense, "regions live on: their bars have no end"
+    xyz = np.column_stack([table[name] for name in "xyz"])
+    np.testing.assert_array_equal(xyz, seg.barcode.xyz.astype(np.float32))
     np.testing.assert_array_equal(table["death"], seg.barcode.death.astype(np.float32))
     np.testing.assert_array_equal(table["label"], seg.barcode.label)
     assert (table["birth"] == 0).all()

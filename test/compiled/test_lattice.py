@@ -11,8 +11,11 @@ from topo_region_seg.api import persistent_components
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.nearest import nearest_outside
 from topo_region_seg.compiled.partition import uniform_regions
+from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.params import Params
+from topo_region_seg.steps.filtration.persistence import filtration
 
+LOOSE = Criterion(reach=1e30, color_low=0.0, color_high=1e30, chord_low=0.0, chord_high=1e30)
 STEP = round(0.01 * 2**36) / 2**36
 """Metres; multiples of it up to 8 km and their differences are exact in double precision, and not in single."""
 
@@ -42,6 +45,42 @@ def test_edges_of_exactly_the_radius_are_found_and_longer_ones_are_not(far: int,
     assert [len(np.unique(found.root[order < n])), len(np.unique(found.root[order >= n]))] == [1, 1]
     below = components(xyz[order], float(np.nextafter(STEP, 0.0)))
     assert np.isinf(below.death).all()
+
+
+@pytest.mark.parametrize("limit", Criterion._fields)
+@pytest.mark.parametrize("copies", [1, 8])
+@pytest.mark.parametrize(("scale", "far"), [(1.0, 0.0), (1.0, 5000.0), (1e-21, 0.0)])
+def test_a_pair_exactly_at_a_limit_is_an_edge_and_one_beyond_is_not(
+    limit: str, copies: int, scale: float, far: float
+) -> None:
+    """Alone in a leaf, or the 8 copies of each point in a leaf and a box of their own."""
+    rng = np.random.default_rng(7)
+    channel = 3 * ("reach", "color", "chord").index(limit.partition("_")[0])
+    strict = np.inf if limit.endswith("low") else 0.0
+    for _ in range(25):
+        pair = scale * rng.normal(size=(2, 9)) + far * (np.arange(9) < 3)
+        dx, dy, dz = pair[1, channel : channel + 3] - pair[0, channel : channel + 3]
+        square = float(dx * dx + dy * dy + dz * dz)
+        channels = np.repeat(pair, copies, axis=0)
+        for at, together in ((square, True), (float(np.nextafter(square, strict)), False)):
+            limits = LOOSE._replace(**{limit: at})
+            roots = filtration(channels, limits, 1e150).root
+            assert bool(roots[0] == roots[-1]) is together
+
+
+def test_pairs_whose_boxes_single_precision_pulls_apart_are_edges_too() -> None:
+    """Of very many pairs those whose squared gap is rounded up most, each point eight times, for a box of its own."""
+    ends = np.random.default_rng(7).normal(size=(2, 200_000, 3))
+    low, high = ((ends + side * 1.2e-7 * np.abs(ends)).astype(np.float32) for side in (-1.0, 1.0))
+    gaps = np.maximum(low[1] - high[0], low[0] - high[1])
+    dx, dy, dz = (ends[1] - ends[0]).T
+    squares = dx * dx + dy * dy + dz * dz
+    hardest = np.argsort((gaps * gaps).sum(axis=1, dtype=np.float32) / squares)[-100:]
+    for pair in hardest:
+        channels = np.zeros((16, 9))
+        channels[:, :3] = np.repeat(ends[:, pair], 8, axis=0)
+        roots = filtration(channels, LOOSE._replace(reach=float(squares[pair])), 1e15).root
+        assert roots[0] == roots[-1]
 
 
 @pytest.mark.parametrize("seed", range(4))

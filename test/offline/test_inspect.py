@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import struct
 from pathlib import Path
@@ -15,9 +16,11 @@ import yaml
 from bag_maker import SECOND, chunks_of, cloud_entries, count_entry, damage, write_folder, write_mcap, write_ros1
 from places import ROOT
 from rosbags.rosbag2 import StoragePlugin
+from scipy.stats import chi2
 
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags import open_bag
+from topo_region_seg.offline.cli.inspect_text import SHOWN_LAYOUTS
 from topo_region_seg.offline.cli.main import main
 from topo_region_seg.offline.cli.parameters import read_parameter_file
 from topo_region_seg.offline.inspection.points import point_figures
@@ -89,7 +92,80 @@ def test_bands_follow_the_distance() -> None:
     assert summary.bands[0].near < 1.01 and summary.bands[-1].far > 3.0
 
 
+def test_the_noise_is_that_of_a_plane_fit_with_three_degrees_of_freedom_less() -> None:
+    """25 points a fit: their scatter, over 22, has a known median where nothing but noise bends the plane."""
+    random = np.random.default_rng(0)
+    xyz = np.column_stack([random.uniform(-1.0, 1.0, (100_000, 2)), 1.0 + random.normal(0.0, 1e-4, 100_000)])
+    summary = summarize([point_figures(Cloud(xyz, None, 1, len(xyz)))])
+    assert summary is not None
+    assert summary.noise == pytest.approx(1e-4 * np.sqrt(chi2.median(22) / 22), rel=0.012)
+
+
+@pytest.mark.parametrize("points", range(1, 4))
+def test_clouds_of_hardly_any_points_are_measured(points: int) -> None:
+    xyz = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.3, 1.0]])[:points]
+    found = point_figures(Cloud(xyz, None, 1, points))
+    assert (found.points, found.valid, len(found.distance)) == (points, points, points)
+    np.testing.assert_array_equal(found.spacing, [0.3] * 3 if points == 3 else [np.nan] * points)
+    assert np.isnan(found.noise).all()
+
+
 # --- suggesting ---
+
+
+def reasons(cloud: Cloud) -> tuple[Params, dict[str, str]]:
+    advice = advice_for(cloud)
+    return advice.params(), {suggestion.name: suggestion.reason for suggestion in advice.suggestions}
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.0008, 0.0026, 0.004, 0.02])
+@pytest.mark.parametrize("spacing", [0.001, 0.002, 0.01])
+def test_each_reason_is_that_of_its_value(spacing: float, noise: float) -> None:
+    """A wall that is too small for a support plane."""
+    default = Params()
+    params, why = reasons(wall(spacing, noise, side=int(0.24 / spacing) if spacing < 0.01 else 40))
+    thinned = "every second one is enough" in why["voxel_size"]
+    assert (params.voxel_size > 0.0) is thinned
+    left = int(why["voxel_size"].partition(" points")[0].replace(",", ""))
+    assert thinned is (left > 20_000)
+    apart = 1e-3 * float(why["voxel_size"].partition("segment, ")[2].partition(" mm")[0])
+    assert apart > 0.99 * spacing, "noise sets points further apart"
+    if thinned:
+        assert params.voxel_size == pytest.approx(np.sqrt(2.0) * apart, rel=0.15)
+    step = max(apart, params.voxel_size)
+    assert 1.8 * step <= params.normal_radius <= 12.0 * step
+    twice = why["max_radius"].startswith("twice normal_radius")
+    assert twice is (params.max_radius == 2.0 * params.normal_radius)
+    assert params.max_radius >= 2.0 * params.normal_radius
+    wide = why["floor_distance"].startswith("4 times the depth noise")
+    assert wide is (params.floor_distance > default.floor_distance)
+    assert why["angle_threshold"].startswith("the default") is (params.angle_threshold == default.angle_threshold)
+    differ = float(why["normal_radius"].partition("less than ")[2].partition(" deg")[0])
+    assert (params.angle_threshold == default.angle_threshold) is (differ <= default.angle_threshold + 0.05)
+    if params.angle_threshold < 30.0:
+        assert differ <= params.angle_threshold + 0.05
+    distance = np.quantile(np.linalg.norm(wall(spacing, noise).xyz, axis=1), 0.005)
+    assert params.min_range < distance and params.max_range > 0.9
+
+
+def test_lengths_are_far_enough_for_sparse_points_and_never_beyond_their_bounds() -> None:
+    for spacing in (1e-5, 3e-4, 0.05, 0.4, 3.0):
+        cloud = wall(spacing, 0.0, distance=max(0.3, 40 * spacing), side=40)
+        params, why = reasons(cloud)
+        assert params.max_radius <= 10.0 and params.normal_radius <= 1.0
+        if not why["max_radius"].startswith("twice"):
+            assert params.max_radius >= min(2.0 * params.normal_radius, 10.0)
+            assert why["max_radius"].endswith("spacings")
+
+
+def test_what_lies_beyond_half_of_max_radius_apart_is_left_out() -> None:
+    """A floor seen from a height: the spacing grows with the distance."""
+    angle, around = (grid.ravel() for grid in np.meshgrid(np.linspace(0.05, 1.2, 150), np.linspace(-0.6, 0.6, 150)))
+    reach = 0.5 / np.tan(angle)
+    xyz = np.column_stack([reach * np.sin(around), np.full(angle.size, 0.5), reach * np.cos(around)])
+    params, why = reasons(Cloud(xyz.astype(np.float32), None, 150, 150))
+    assert "apart, half of max_radius" in why["max_range"]
+    assert params.min_range < params.max_range < np.linalg.norm(xyz, axis=1).max()
 
 
 def test_lengths_grow_with_the_cloud() -> None:
@@ -200,6 +276,26 @@ def test_what_is_odd_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert "1 unusable: data_too_short" in shown
     assert "frame 'other'" in shown
     assert "no x, y and z, or no valid point" in shown
+
+
+def test_fields_of_every_type_and_many_layouts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = ["i8", "u8", "i16", "u16", "i32", "u32", "f32", "f64", "datatype 9"]
+    entries = cloud_entries(9)
+    for number, entry in enumerate(entries):
+        entry[3].fields[3] = dataclasses.replace(
+            entry[3].fields[3], name="other", datatype=number + 1, count=1 + number % 2
+        )
+    bag = write_mcap(tmp_path / "a.mcap", entries)
+    layouts = inspected(bag, tmp_path)["clouds"]["/camera/points"]["layouts"]
+    shown = {layout["fields"][3] for layout in layouts}
+    offset = entries[0][3].fields[3].offset
+    assert shown == {f"other {name}{'[2]' if n % 2 else ''} at {offset}" for n, name in enumerate(names)}
+    out = capsys.readouterr().out
+    assert f"and {9 - SHOWN_LAYOUTS} other layouts" in out and out.count("1 times ") == SHOWN_LAYOUTS
+    run(write_mcap(tmp_path / "b.mcap", entries[:SHOWN_LAYOUTS]))
+    assert "other layouts" not in capsys.readouterr().out
+    run(write_mcap(tmp_path / "c.mcap", cloud_entries(2)))
+    assert "times" not in capsys.readouterr().out.partition("fields")[0]
 
 
 def test_topics_are_chosen_where_parameters_are_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -38,7 +38,8 @@ for line in json.loads(sys.argv[2]):
     found.append([status, out.getvalue(), err.getvalue()])
 print(json.dumps(found))
 """
-READS_BAGS = {"rosbags", "mcap", "lz4", "zstandard"}
+TAKES_PARAMETERS = {"yaml"}  # which rosdep brings, too
+READS_BAGS = {"rosbags", "mcap", "lz4", "zstandard", "yaml"}
 DRAWS = {"matplotlib", "PIL"}
 TABLES = {"rich"}
 
@@ -61,10 +62,13 @@ def lines_of(folder: Path) -> dict[str, tuple[list[str], set[str]]]:
     return {
         "version": (["--version"], set()),
         "help": (["--help"], set()),
-        "segment": (["segment", str(folder / "in.ply"), "-o", f"{out}.ply"], set()),
-        "segment PCD": (["segment", str(folder / "in.pcd")], {"lzf"}),
-        "segment to PCD": (["segment", str(folder / "in.ply"), "-o", f"{out}.pcd"], {"pypcd4", "lzf"}),
-        "segment and draw": (["segment", str(folder / "in.ply"), "--barcode", f"{out}.png"], DRAWS),
+        "segment": (["segment", str(folder / "in.ply"), "-o", f"{out}.ply"], TAKES_PARAMETERS),
+        "segment PCD": (["segment", str(folder / "in.pcd")], TAKES_PARAMETERS | {"lzf"}),
+        "segment to PCD": (
+            ["segment", str(folder / "in.ply"), "-o", f"{out}.pcd"],
+            TAKES_PARAMETERS | {"pypcd4", "lzf"},
+        ),
+        "segment and draw": (["segment", str(folder / "in.ply"), "--barcode", f"{out}.png"], TAKES_PARAMETERS | DRAWS),
         "inspect": (["inspect", bag], READS_BAGS | TABLES),
         "replay": (["replay", bag], READS_BAGS | TABLES),
         "evaluate": (["evaluate", bag, "--recorded-labels", "--truth-bag", bag], READS_BAGS | TABLES),
@@ -94,7 +98,7 @@ def test_commands_work_without_a_package_or_name_it(package: str, given: Path, w
         if package in needed:
             assert status == 2 and err.count("\n") == 1 and not out, f"{name}: {status} {out} {err}"
             assert f"pip install {PIP_NAMES[package]}\n" in err, f"{name}: {err}"
-        elif package != "yaml":  # which a file of parameters needs
+        else:
             assert "pip install" not in err.replace("pip install '.[ros]'", ""), f"{name}: {err}"
 
 

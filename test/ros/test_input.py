@@ -137,6 +137,34 @@ def test_a_middleware_without_events_is_followed_by_asking(monkeypatch: pytest.M
     assert OVERLAP_SECONDS > 0.0
 
 
+def test_a_publisher_that_comes_is_followed_at_once_and_its_numbers_begin_anew() -> None:
+    node = Node()
+    node.publishers = [QoSProfile(depth=1)]
+    source, statistics, _ = opened(node)
+    node.subscriptions[0].callback(cloud(1), info(3, published=1))
+    node.publishers = [QoSProfile(depth=1, reliability=BEST_EFFORT)]
+    node.subscriptions[0].events.matched(SimpleNamespace())
+    assert [s.qos_profile.reliability for s in node.subscriptions] == [RELIABLE, BEST_EFFORT]
+    node.subscriptions[1].callback(cloud(2), info(9, published=2))
+    assert statistics.snapshot().received == 2, "none of the new one's is missing"
+    node.subscriptions[1].callback(cloud(3), info(11, published=3))
+    assert statistics.snapshot().received == 4
+    source.close(10)
+
+
+def test_the_old_subscription_goes_only_after_the_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr("topo_region_seg.ros.input.time", SimpleNamespace(monotonic=lambda: now[0]))
+    node = Node()
+    source, *_ = opened(node)
+    node.publishers = [QoSProfile(depth=1, reliability=BEST_EFFORT)]
+    for after, left in ((0.0, 2), (0.9 * OVERLAP_SECONDS, 2), (1.1 * OVERLAP_SECONDS, 1), (9.0, 1)):
+        now[0] = 100.0 + after
+        source.follow_publishers()
+        assert len(node.subscriptions) == left
+    source.close(10)
+
+
 CASES: list[tuple[list[tuple[ReliabilityPolicy, DurabilityPolicy]], ReliabilityPolicy, DurabilityPolicy]] = [
     ([], RELIABLE, VOLATILE),
     ([(RELIABLE, VOLATILE)], RELIABLE, VOLATILE),

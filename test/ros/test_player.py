@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice
 from types import SimpleNamespace
 
 import pytest
@@ -77,14 +77,55 @@ def test_recorded_clouds_arrive_unchanged(write, listener, ros_domain, tmp_path)
         assert bytes(msg.data) == sent.data.tobytes()
 
 
-@pytest.mark.parametrize(("speed", "pause"), [(("--rate", "2"), 0.5), (("--hz", "5"), 0.2)])
-def test_clouds_go_out_at_their_times(speed, pause, listener, ros_domain, tmp_path):
-    bag = write_mcap(tmp_path / "a.mcap", cloud_entries(3))
-    status, err = finish(play(ros_domain, bag, "--stamp", "now", *speed))
-    assert status == 0, err
-    # The stamps say when they went out; when they arrive is also a matter of discovery and load.
-    stamps = [msg.header.stamp.sec + msg.header.stamp.nanosec * 1e-9 for _, msg in listener]
-    assert [b - a for a, b in pairwise(stamps)] == pytest.approx([pause, pause], abs=0.15)
+@pytest.fixture
+def clock(monkeypatch):
+    """The player's time, in which only sleeping takes any; a list of one, seconds."""
+    now = [50.0]
+
+    def sleep(seconds):
+        assert 0.0 < seconds <= 0.1, "so that Ctrl-C is heard"
+        now[0] += seconds
+
+    monkeypatch.setattr(player, "time", SimpleNamespace(monotonic=lambda: now[0], sleep=sleep))
+    return now
+
+
+def at_their_times(clock, times, count, late=0.0, **how):
+    """Return when the first `count` clouds of given recorded times went out, seconds; each takes `late` s."""
+    node = SimpleNamespace(context=SimpleNamespace(ok=lambda: True))
+    recorded = [(int(t * 1e9), str(number)) for number, t in enumerate(times)]
+    begun, out = clock[0], []
+    for data in islice(player._at_their_times(node, lambda: iter(recorded), Playback("/points", **how), print), count):
+        assert data == str(len(out) % len(times))
+        out.append(clock[0] - begun)
+        clock[0] += late
+    return out
+
+
+@pytest.mark.parametrize("late", [0.0, 0.03])
+@pytest.mark.parametrize(
+    ("how", "wanted"),
+    [
+        ({}, [0.0, 1.0, 3.0]),
+        ({"rate": 2.0}, [0.0, 0.5, 1.5]),
+        ({"hz": 5.0}, [0.0, 0.2, 0.4]),
+        ({"loop": True}, [0.0, 1.0, 3.0, 4.5, 5.5, 7.5, 9.0]),  # a mean pause between two rounds
+        ({"loop": True, "rate": 2.0}, [0.0, 0.5, 1.5, 2.25, 2.75]),
+        ({"loop": True, "hz": 5.0}, [0.0, 0.2, 0.4, 0.6, 0.8]),
+    ],
+)
+def test_clouds_go_out_at_their_times_and_what_sending_takes_delays_none(how, wanted, late, clock):
+    assert at_their_times(clock, [7.0, 8.0, 10.0], len(wanted), late, **how) == pytest.approx(wanted, abs=late + 1e-9)
+
+
+def test_a_single_cloud_is_repeated_once_a_second(clock):
+    assert at_their_times(clock, [7.0], 3, loop=True, rate=2.0) == pytest.approx([0.0, 0.5, 1.0])
+    assert at_their_times(clock, [7.0], 5) == [0.0]
+
+
+def test_what_comes_too_late_goes_out_at_once(clock):
+    found = at_their_times(clock, [0.0, 1.0, 2.0, 3.0], 4, late=1.7)
+    assert found == pytest.approx([0.0, 1.7, 3.4, 5.1])
 
 
 def test_loop_with_fresh_stamps_until_ctrl_c(listener, ros_domain, tmp_path):
@@ -157,6 +198,14 @@ def test_a_subscriber_that_has_not_received_the_last_cloud_is_no_success(ros_dom
         assert (why is None) == acknowledged[0]
     assert "received the last ones within 5 s" in why and "--ipc=host" in why
     assert player._why_unheard(publisher, replace(playback, reliable=False), heard=True) is None, "nobody acknowledges"
+
+
+def test_a_middleware_that_cannot_tell_what_was_received_is_no_failure():
+    def refuse(_):
+        raise player.rclpy_implementation.RCLError("not supported")
+
+    publisher = SimpleNamespace(topic_name="/points", wait_for_all_acked=refuse)
+    assert player._why_unheard(publisher, Playback("/points"), heard=True) is None
 
 
 def pauses(times, **how):

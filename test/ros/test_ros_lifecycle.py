@@ -183,7 +183,7 @@ def test_a_keystore_that_cannot_be_used_is_one_line(
     assert wanted in node.log.splitlines()[-1]
 
 
-def test_a_failing_deactivation_releases_everything_and_begins_anew(
+def test_a_failing_deactivation_releases_everything_and_starts_over(
     ros_domain: int, client: Client, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     rclpy.init(domain_id=ros_domain + 50)

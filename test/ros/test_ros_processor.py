@@ -69,6 +69,28 @@ def test_an_exception_in_a_frame_is_counted_and_the_next_one_answered() -> None:
     warnings = [line for line in logger.lines if line.startswith("[internal_error]")]
     assert len(warnings) == 1, "throttled"
     assert "ZeroDivisionError: a defect" in warnings[0] and ".py:" in warnings[0]
+    assert sum(line.startswith("Traceback") for line in logger.lines) == 3, "for who debugs"
+
+
+def test_the_first_answer_is_told_and_no_other() -> None:
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    for _ in range(3):
+        process.process(frame())
+    (line,) = [line for line in logger.lines if line.startswith("first cloud answered")]
+    assert f"64x48 points in frame 'camera', {len(published[0].regions)} regions" in line
+    now = statistics.snapshot()
+    assert (now.points, now.regions, now.stamp) == (64 * 48, len(published[0].regions), "1.000000002")
+
+
+@pytest.mark.parametrize(("age", "told"), [(59_999.0, True), (60_000.0, False), (-59_999.0, True), (None, False)])
+def test_the_age_of_stamps_is_told_while_they_are_those_of_a_running_camera(age: float | None, told: bool) -> None:
+    statistics = Statistics()
+    if age is not None:
+        statistics.processed({}, 1.0, age, points=1, regions=1, stamp="")
+    report = diagnostics(Time(), "/n", "active", None, statistics.snapshot(), after(), 5.0).status[0]
+    values = {item.key: item.value for item in report.values}
+    assert values.get("stamp age, median (ms)") == (f"{age:.1f}" if told else None)
 
 
 class TellingPipeline(Pipeline):

@@ -31,6 +31,21 @@ def test_lab_of_published_colors() -> None:
     np.testing.assert_allclose(srgb_to_lab(rgb), np.array(list(PUBLISHED.values())), atol=0.012)
 
 
+def test_lab_is_that_of_the_formulas_of_the_cie() -> None:
+    """IEC 61966-2-1 and CIE 15, with the cube root of the C library; all grays, corners and many other colors."""
+    corners = np.array(np.meshgrid([0, 1, 9, 10, 11, 254, 255], [0, 1, 255], [0, 1, 255])).reshape(3, -1).T
+    grays = np.repeat(np.arange(256)[:, None], 3, axis=1)
+    rgb = np.concatenate([corners, grays, np.random.default_rng(0).integers(0, 256, (20_000, 3))]).astype(np.uint8)
+    value = rgb / 255.0
+    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    to_xyz = [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+    t = linear @ np.array(to_xyz).T / [0.95047, 1.0, 1.08883]
+    x, y, z = np.where(t > (6 / 29) ** 3, np.cbrt(t), t * (29 / 6) ** 2 / 3 + 4 / 29).T
+    np.testing.assert_allclose(
+        srgb_to_lab(rgb), np.column_stack([116 * y - 16, 500 * (x - y), 200 * (y - z)]), atol=1e-9
+    )
+
+
 def test_lab_rises_with_gray_and_is_neutral() -> None:
     lab = srgb_to_lab(np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, axis=1))
     assert (np.diff(lab[:, 0]) > 0.0).all()

@@ -115,6 +115,27 @@ def test_thinning_keeps_one_mean_per_voxel() -> None:
         np.testing.assert_allclose(thinned.rgb[voxel], rgb[members].mean(axis=0), atol=0.5)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_thinning_that_mixes_no_colors_keeps_the_points_of_mixed_voxels(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    xyz = rng.uniform(-0.1, 0.1, (400, 3))
+    rgb = np.array([[200, 0, 0], [0, 0, 200]], np.uint8)[(rng.random(400) < 0.1).astype(int)]
+    thinned = thin(xyz, rgb, 0.05, mix_colors=False)
+    assert thinned.rgb is not None
+    _, cell = np.unique(np.floor(xyz / 0.05).astype(int), axis=0, return_inverse=True)
+    wanted: dict[tuple[int, int], list[int]] = {}  # in the order of appearance
+    for point, here in enumerate(cell.reshape(-1)):
+        mixed = len(np.unique(rgb[cell.reshape(-1) == here], axis=0)) > 1
+        wanted.setdefault((-1, point) if mixed else (0, here), []).append(point)
+    assert 0 < sum(key[0] < 0 for key in wanted) < len(wanted)
+    assert len(thinned.xyz) == len(wanted)
+    for voxel, points in enumerate(wanted.values()):
+        assert np.flatnonzero(thinned.voxel == voxel).tolist() == points
+        assert (thinned.first[voxel], thinned.weight[voxel]) == (points[0], len(points))
+        np.testing.assert_allclose(thinned.xyz[voxel], xyz[points].mean(axis=0))
+        np.testing.assert_array_equal(thinned.rgb[voxel], rgb[points[0]])
+
+
 def sheet(side: int) -> np.ndarray:
     x, y = (0.002 * grid.ravel() for grid in np.meshgrid(np.arange(side), np.arange(side)))
     return np.column_stack([x - 0.001 * side, y - 0.001 * side, np.full(x.size, 1.0)])

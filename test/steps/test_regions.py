@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from oracles import Points, random_points, same_partition
+from oracles import Points, random_points, same_partition, unit
 
 from topo_region_seg.api import persistent_components
 from topo_region_seg.compiled.kd_tree import position_tree
@@ -59,9 +59,12 @@ def roots(points: Points, params: Params) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(12))
-@pytest.mark.parametrize("min_size", [2, 6, 40])
-def test_merging_equals_plain_python(seed: int, min_size: int) -> None:
-    points, params = random_points(seed, 120), Params(max_radius=0.012, min_region_size=min_size)
+@pytest.mark.parametrize(("min_size", "angle"), [(2, 5.0), (6, 5.0), (40, 5.0), (40, 180.0)])
+def test_merging_equals_plain_python(seed: int, min_size: int, angle: float) -> None:
+    """Where all angles are allowed, normals are still compared: in units of the largest."""
+    points, params = random_points(seed, 120), Params(max_radius=0.012, min_region_size=min_size, angle_threshold=angle)
+    if angle == 180.0:
+        points = Points(points.xyz, points.lab, unit(np.random.default_rng(seed).normal(size=(120, 3))))
     root = roots(points, params)
     region = settle(points.xyz, Features(points.lab, points.normals), root, np.ones(120, int), params)
     assert same_partition(region, merge_by_hand(points, root, params))

@@ -19,6 +19,7 @@ import topo_region_seg as trs
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 
 RECORDINGS = {
     "simulated": ROOT / "bags" / "tabletop_sim",
@@ -168,6 +169,28 @@ def test_regions_by_their_number_where_small_ones_are_merged(seed: int, n: int, 
         assert place == len(radii) - 1 or counts[place + 1] < wanted
     else:
         assert counts[-1] < wanted and counts[0] < wanted, "both ends are looked at"
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 150), st.integers(1, 20), st.integers(2, 12))
+@settings(max_examples=40, deadline=None)
+def test_no_scale_below_one_with_enough_large_components_is_tried(seed: int, n: int, wanted: int, size: int) -> None:
+    points = random_points(seed, n)
+    whole = trs.persistent_components(points.xyz, points.lab, points.normals, trs.Params(max_radius=0.03))
+    weight = np.ones(n, np.int64)
+    tried: list[float] = []
+
+    def large_at(radius: float) -> int:
+        return int(np.count_nonzero(np.bincount(whole.cut(radius).root) >= size))
+
+    def count_at(radius: float) -> int:
+        tried.append(radius)
+        return max(1, large_at(radius))
+
+    found = scale_with_merged_regions(whole, weight, size, wanted, count_at)
+    kept = scale_with_kept_regions(whole, weight, size, wanted)
+    if large_at(kept) >= wanted:
+        assert found >= kept and all(radius > kept for radius in tried)
+        assert len(tried) <= 2 * np.log2(n + 2) + 2
 
 
 def all_scales(seg: trs.Segmentation) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:

@@ -23,7 +23,7 @@ Colors = npt.NDArray[np.uint8]
 def read_colors(
     columns: Mapping[str, npt.NDArray[Any]], valid: npt.NDArray[np.bool_], is_text: bool, warn: Warn
 ) -> Colors | None:
-    """Return the colors of a file; None where there are none, or where they cannot be told, which `warn` says.
+    """Return the colors of a file; None where there are none, or where they cannot be known, which `warn` says.
 
     Parameters
     ----------

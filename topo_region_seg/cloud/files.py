@@ -25,7 +25,7 @@ SUFFIXES = (".pcd", ".ply")
 
 
 class CloudFileError(Exception):
-    """A cloud file cannot be read or written; the message names the file, the reason and the mend in one line."""
+    """A cloud file cannot be read or written; the message names the file, the reason and what to do, in one line."""
 
 
 def read_cloud(

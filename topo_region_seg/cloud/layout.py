@@ -101,7 +101,7 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn, needs_color: bool
     offsets, channel = color or (None, UINT8)
 
     if points > max_points:
-        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
+        raise CloudFormatError("too_many_points", _too_many(height, width, max_points))
     row_step = _row_step(height, width, point_step, row_step, size, warn)
     _check_stamp(msg)
     return Layout(
@@ -131,10 +131,14 @@ def check_field(msg: Any, size: int, name: str, *, max_points: int, warn: Warn) 
         raise CloudFormatError("field_missing", f"no field {name}")
     _check_places(found, int(msg.point_step))
     if height * width > max_points:
-        raise CloudFormatError("too_many_points", f"{width} x {height} points are more than max_points: {max_points}")
+        raise CloudFormatError("too_many_points", _too_many(height, width, max_points))
     row_step = _row_step(height, width, int(msg.point_step), int(msg.row_step), size, warn) if height * width else 0
     _check_stamp(msg)
     return found[name], row_step
+
+
+def _too_many(height: int, width: int, limit: int) -> str:
+    return f"{width} x {height} points, but max_points and over_max_points allow {limit}; raise max_points"
 
 
 def _check_field_count(fields: Any) -> None:

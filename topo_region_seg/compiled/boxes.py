@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.compiled.dialect import index, inlined, kernel
-from topo_region_seg.compiled.lanes import gap_of_four
 
 LOWER, UPPER = 0, 1
 ROUNDING = 1.2e-7  # of a bound: by 2**-24 of it, at most, single precision may move it inwards
@@ -50,4 +49,12 @@ def box_of_point(xyz, point):  # type: ignore[no-untyped-def]
 @inlined
 def box_gap(boxes, a, others, b, three):  # type: ignore[no-untyped-def]
     """Return a lower bound of the squared distance of box `a` from box `b` of `others`, in one three of channels."""
-    return np.float64(gap_of_four(boxes, a, others, b, three)) * SLACK
+    t, p, q = index(three), index(a), index(b)
+    gap = np.float32(0.0)
+    for channel in range(3):
+        c = index(channel)
+        below = others[t, q, LOWER, c] - boxes[t, p, UPPER, c]
+        above = boxes[t, p, LOWER, c] - others[t, q, UPPER, c]
+        apart = max(np.float32(0.0), below, above)
+        gap += apart * apart
+    return np.float64(gap) * SLACK

@@ -1,6 +1,24 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How every kernel is compiled: without the GIL, cached on disk, and with IEEE arithmetic (NaN carries meaning)."""
+"""How every kernel is compiled: without the GIL, cached on disk, and with IEEE arithmetic (NaN carries meaning).
+
+Kernels share some tricks. ``python -m benchmarks.tricks NAME`` leaves one out and prints how many times as long each
+stage then takes. Here are the stages that gain most, on an AMD EPYC of family 26 with the first recorded frame:
+
+================  ======================================  ==============================================
+trick             where it is                             times as long without it
+================  ======================================  ==============================================
+index             `index`, below                          records 4.5; tree and filtration 1.2
+borrowed          `borrowed`, below                       filtration 2.6 to 4.0; supervoxels 1.5
+inlined           `inlined`, below                        filtration 1.6 to 2.1; grooves 1.2
+summing           `summing`, below                        grooves 5.3; normals 4.4; support plane 1.6
+single precision  `steps/filtration/leaf_pairs.py`        filtration 2.0 to 4.4
+vector sieve      `steps/filtration/leaf_sieve.py`        filtration 2.2 to 4.9
+trailing zeros    `compiled/lanes.py`                     filtration 1.05 to 1.1
+cube root         `steps/color.py`                        color 1.8
+filled buckets    `beyond/supervoxels/point_queue.py`     supervoxels 1.1, of points of random colors 1.8
+================  ======================================  ==============================================
+"""
 
 from __future__ import annotations
 

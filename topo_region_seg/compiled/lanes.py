@@ -33,34 +33,6 @@ def reduce(builder: Any, name: str, *operands: Any, result: Any, flags: tuple[st
 
 
 @intrinsic
-def gap_of_four(typing_context, boxes, a, others, b, three):  # type: ignore[no-untyped-def]
-    """Return the squared distance of two boxes in four cells; boxes are (T, K, 2, 4) float32, lower bounds first."""
-    return types.float32(boxes, a, others, b, three), _gap_of_four
-
-
-def _gap_of_four(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    four = ir.VectorType(ir.FloatType(), 4)
-    three = context.cast(builder, arguments[4], signature.args[4], types.int64)
-
-    def bounds(place: int) -> tuple[Any, Any]:
-        boxes = context.make_array(signature.args[place])(context, builder, value=arguments[place])
-        box = context.cast(builder, arguments[place + 1], signature.args[place + 1], types.int64)
-        cell = builder.add(builder.mul(three, cgutils.unpack_tuple(builder, boxes.shape)[1]), box)
-        cell = builder.mul(cell, ir.Constant(cell.type, 8))
-        return load(builder, boxes.data, cell, four), load(
-            builder, boxes.data, builder.add(cell, ir.Constant(cell.type, 4)), four
-        )
-
-    (low_p, high_p), (low_q, high_q) = bounds(0), bounds(2)
-    apart = ir.Constant(four, [0.0] * 4)
-    for gap in (builder.fsub(low_q, high_p), builder.fsub(low_p, high_q)):
-        apart = builder.select(builder.fcmp_ordered(">", gap, apart), gap, apart)
-    square = builder.fmul(apart, apart)
-    zero = ir.Constant(ir.FloatType(), 0.0)
-    return reduce(builder, "fadd.v4f32", zero, square, result=ir.FloatType(), flags=("reassoc",))
-
-
-@intrinsic
 def trailing_zeros(typing_context, bits):  # type: ignore[no-untyped-def]
     """Return the number of the lowest bit that is set in an int64 that is not 0."""
 

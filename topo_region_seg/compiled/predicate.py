@@ -29,8 +29,8 @@ def edge_length(points, limits, a, b):  # type: ignore[no-untyped-def]
     dl, da, db = points[q, 3] - points[p, 3], points[q, 4] - points[p, 4], points[q, 5] - points[p, 5]
     du, dv, dw = points[q, 6] - points[p, 6], points[q, 7] - points[p, 7], points[q, 8] - points[p, 8]
     d2 = dx * dx + dy * dy + dz * dz
-    color = dl * dl + da * da + db * db
-    chord = du * du + dv * dv + dw * dw
+    color = dl * dl + da * da + db * db  # the square of the paper's equation (5)
+    chord = du * du + dv * dv + dw * dw  # grows with the angle of equation (6)
     alike = (d2 <= limits.reach) & (color <= limits.color_high) & (color >= limits.color_low)
     # Negated, so that the NaN of a missing normal passes.
     aligned = not ((chord > limits.chord_high) | (chord < limits.chord_low))

@@ -28,7 +28,7 @@ def diagnostics(
     node : str
         Fully qualified name of the node.
     state : str
-        Lifecycle state; only an active node can be in error for want of input.
+        Lifecycle state; only an active node is in error when no clouds come.
     failure : str or None
         Why the last transition failed, which is an error in every state.
     now, before : Snapshot

@@ -14,7 +14,7 @@ KEPT = 512 << 20
 def keep_freed_memory() -> bool:
     """Let the C library reuse the memory of a cloud for the next one; return whether it can (glibc).
 
-    By default it hands blocks of a cloud's size back to the system each time, and the system clears every page anew:
+    By default it hands blocks of a cloud's size back to the system each time, and the system clears every page again:
     about 20 ms a frame of 640x480 points on the way through DDS alone. The process keeps the most that it ever needed.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)

@@ -23,7 +23,7 @@ from topo_region_seg.ros.memory import keep_freed_memory
 from topo_region_seg.ros.transport import SHARED_MEMORY, fast_dds, prepare_fast_dds
 
 Clouds = Callable[[], Iterator[tuple[int, bytes]]]
-"""Begins anew at each call; yields (time in ns, CDR bytes)."""
+"""Starts over at each call; yields (time in ns, CDR bytes)."""
 
 DEPTH = 5
 ACKNOWLEDGE_TIMEOUT = 5.0
@@ -49,7 +49,7 @@ class Playback:
     hz : float or None
         Clouds a second in place of the recorded times.
     loop : bool
-        Begin anew at the end.
+        Start over at the end.
     reliable : bool
         Reliable or best effort.
     stamp_now : bool

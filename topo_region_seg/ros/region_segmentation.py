@@ -153,7 +153,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
     ) -> TransitionCallbackReturn:
         try:
             action()
-            if name != RECOVERY:  # after which the failure before it is still to be told
+            if name != RECOVERY:  # after which the earlier failure still has to be reported
                 self._failure = None
             return TransitionCallbackReturn.SUCCESS
         except ExternalShutdownException:

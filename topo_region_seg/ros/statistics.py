@@ -16,7 +16,7 @@ WINDOW = 200
 """Frames over which medians and percentiles are taken."""
 
 PERCENTILES = {"median": 0.5, "95 %": 0.95, "99 %": 0.99, "max": 1.0}
-"""What is told of the latencies, and the share of frames that are as quick."""
+"""What is reported of the latencies, and the share of frames that are as quick."""
 
 RATE_SECONDS = 5.0
 """Time over which rates are taken."""

@@ -174,11 +174,12 @@ def test_bit_flip_in_the_summary(tmp_path):
         assert (numbers, reader.problems, reader.truncated) == ([1.0, 2.0, 3.0], [], False)
 
 
-def test_chunk_that_claims_a_huge_size(tmp_path):
+@pytest.mark.parametrize("size", [2**31 + 1, 2**50])
+def test_chunk_that_claims_a_huge_size(size, tmp_path):
     path = write_mcap(tmp_path / "a.mcap", ENTRIES)
     start, _ = chunks_of(path)[0]
     data = bytearray(path.read_bytes())
-    struct.pack_into("<Q", data, start + 9 + 16, 2**50)
+    struct.pack_into("<Q", data, start + 9 + 16, size)
     path.write_bytes(data)
     numbers, reader = read(path)
     assert numbers == [2.0, 3.0]
@@ -244,6 +245,15 @@ def test_what_is_no_recording(tmp_path):
 def test_folder_without_metadata_names_the_file_in_it(tmp_path):
     inner = write_mcap(tmp_path / "a.mcap", ENTRIES)
     assert f"give {inner} itself" in error_of(tmp_path)
+    write_mcap(tmp_path / "b.mcap", ENTRIES)
+    assert f"give {inner} or another of the 2 in it" in error_of(tmp_path)
+    write_folder(tmp_path / "c" / "d", ENTRIES, StoragePlugin.MCAP)
+    assert f"give {tmp_path / 'c' / 'd'} itself" in error_of(tmp_path / "c")
+
+
+def test_the_metadata_alone_names_the_folder(tmp_path):
+    folder = write_folder(tmp_path / "a", ENTRIES, StoragePlugin.MCAP)
+    assert f"is only the metadata of a recording; give the folder {folder}" in error_of(folder / "metadata.yaml")
 
 
 @pytest.mark.parametrize("text", ["", "a: [", "a: 1", "rosbag2_bagfile_information: 3", "\x00"])

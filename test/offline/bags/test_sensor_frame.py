@@ -135,6 +135,20 @@ def test_where_nothing_tells_the_camera_the_cloud_stays_as_it_is(
     assert pose is None and note in said and bool(note) == bool(said)
 
 
+@pytest.mark.parametrize(("apart", "one"), [(0.1, True), (0.2, True), (0.201, False)])
+def test_several_cameras_of_one_head_count_as_one_and_the_depth_camera_is_it(
+    tmp_path: Path, apart: float, one: bool
+) -> None:
+    still = Rotation.identity()
+    items = [
+        transform("base_link", "camera_color_optical_frame", still, np.array([apart, 0.0, 0.0])),
+        transform("base_link", "camera_depth_optical_frame", still, np.zeros(3)),
+    ]
+    pose, note = placed(record(tmp_path / "bag", {"/tf_static": items}))
+    assert pose == ((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) if one else None)
+    assert ("seen from camera_depth_optical_frame" in note) is one and ("several cameras" in note) is not one
+
+
 def test_the_tools_see_clouds_from_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     regions = {}
     for name, items in (("with", [OPTICAL]), ("without", [transform("map", "odom", TURN, PLACE)])):

@@ -22,8 +22,9 @@ import topo_region_seg as trs
 from topo_region_seg.cloud.pointcloud2 import encode
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.cli.main import main
-from topo_region_seg.offline.evaluation import MEASURES
+from topo_region_seg.offline.evaluation import DETECTION, MEASURES, SEGMENTATION
 from topo_region_seg.offline.evaluation.labels import labels_of
+from topo_region_seg.offline.evaluation.measures import NEEDS_ALL_OBJECTS
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.offline.simulation.recording import CLOUD_TOPIC, TRUTH_TOPIC, camera_cloud, make_header
 
@@ -280,10 +281,29 @@ def test_without_dask_the_option_says_what_to_install(monkeypatch, capsys) -> No
 def test_the_example_in_the_documentation_is_what_is_found(tmp_path) -> None:
     text = (ROOT / "docs" / "evaluation.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- evaluation:")[2].partition("<!-- end of evaluation -->")[0]
-    (line,) = [line for line in shown.splitlines() if line.startswith(" mean over frames")]
+    lines = [line for line in shown.splitlines() if line.startswith(" mean over frames")]
     found = evaluated(tmp_path, SIMULATED)
-    values = [f"{found['mean'][name]:.3f}" for name in MEASURES]
-    assert line.split()[3:-1] == ["6", "0", "0", *values], "run: make docs"
+    for line, measures in zip(lines, (SEGMENTATION, DETECTION), strict=True):
+        values = [f"{found['mean'][name]:.3f}" for name in measures]
+        assert line.split()[3:-1] == ["6", "0", "0", *values], "run: make docs"
+
+
+def test_whole_objects_and_partial_truth(tmp_path, capsys) -> None:
+    parts, whole = evaluated(tmp_path, SIMULATED), evaluated(tmp_path, SIMULATED, "--whole-objects")
+    with AnyReader([SIMULATED]) as reader:
+        truths = [msg for connection, _, msg in messages(reader) if connection.topic == TRUTH_TOPIC]
+    for before, after, msg in zip(parts["frames"], whole["frames"], truths, strict=True):
+        (truth,) = columns(msg.data, 4, (0, "<u4"))
+        objects = {label // 10 for label in truth.tolist() if label >= 20}
+        assert after["recall_50"] * len(objects) == pytest.approx(round(after["recall_50"] * len(objects)))
+        assert after["wov"] < before["wov"]  # regions are the parts of objects
+    capsys.readouterr()
+    partial = evaluated(tmp_path, SIMULATED, "--partial-truth")
+    shown = capsys.readouterr().out
+    for name, value in parts["mean"].items():
+        assert partial["mean"][name] == (None if name in NEEDS_ALL_OBJECTS else value)
+    rows = [line.split() for line in shown.splitlines() if line.startswith(" mean over frames")]
+    assert rows[1].count("n/a") == len(set(NEEDS_ALL_OBJECTS) & set(DETECTION))
 
 
 def test_parameters_without_effect_are_named_once(frames, tmp_path, capsys, recwarn) -> None:

@@ -24,6 +24,7 @@ from topo_region_seg.offline.report.bars import summarized
 from topo_region_seg.offline.report.content import (
     LARGEST_PICTURE,
     PICTURE_BYTES,
+    _view,
     evenly,
     in_region_colors,
     points_a_frame,
@@ -34,7 +35,7 @@ from topo_region_seg.offline.report.points import BYTES_A_POINT, packed_points
 from topo_region_seg.offline.report.sections import lead
 from topo_region_seg.offline.runs.barcodes import Bars, barcodes_of
 from topo_region_seg.offline.runs.record import RunRecord
-from topo_region_seg.offline.runs.run import open_run
+from topo_region_seg.offline.runs.run import RunFrame, open_run
 from topo_region_seg.params import Params
 
 
@@ -167,22 +168,6 @@ def test_nothing_in_a_recording_becomes_markup(sim, hostile):
     assert "\\u202e\\u2028\\u0000" in words
 
 
-def test_the_policy_allows_the_page_itself_and_nothing_else(sim):
-    page = Elements(sim.read_text(encoding="utf-8"))
-    (policy,) = [a["content"] for tag, a in page.found if tag == "meta" and a.get("http-equiv")]
-    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
-    assert {name: rules[name] for name in ("default-src", "base-uri", "form-action")} == dict.fromkeys(
-        ("default-src", "base-uri", "form-action"), "'none'"
-    )
-    assert rules["img-src"] == "data:"
-    source = sim.read_text(encoding="utf-8")
-    for tag, rule in (("script", "script-src"), ("style", "style-src")):
-        inline = re.findall(f"<{tag}>(.*?)</{tag}>", source, re.DOTALL)
-        hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in inline]
-        assert rules[rule].split() == [f"'sha256-{value}'" for value in hashes]
-    assert set(rules) == {"default-src", "base-uri", "form-action", "img-src", "script-src", "style-src"}
-
-
 def rendered(template, **values):
     return environment().from_string('{% import "pieces.html" as pieces %}' + template).render(**values)
 
@@ -297,6 +282,27 @@ def test_truth_takes_the_color_of_the_region_that_covers_it(sim):
     assert (found[frame.labels > 2] == 0).all()
 
 
+@pytest.mark.parametrize(
+    ("budget", "side"), [(60_000, 480), (9_000, 480), (8_900, 400), (5_000, 320), (4_500, 320), (100, 240)]
+)
+def test_pictures_get_smaller_with_their_budget(budget, side):
+    """By area: a picture of half the side needs a quarter of the bytes."""
+    rows, columns = np.mgrid[0:600, 0:800]
+    xyz = np.column_stack([0.001 * columns.ravel(), 0.001 * rows.ravel(), np.ones(rows.size)])
+    labels = np.ones(rows.size, np.uint32)
+    frame = RunFrame(0, None, None, Cloud(xyz, None, 600, 800), labels)
+    assert max(_view(frame, budget).shape) == side
+
+
+@pytest.mark.parametrize("count", [1, 5, 199, 200, 201, 1000])
+def test_no_more_frames_are_chosen_than_are_wanted(count):
+    for most in (1, 4, 200):
+        found = evenly(count, most)
+        assert len(found) == min(count, most) == len(set(found)) and found == sorted(found)
+        assert found[0] == 0 and (found[-1] == count - 1 or most == 1)
+        assert max(np.diff(found), default=1) - min(np.diff(found), default=1) <= 1
+
+
 def test_frames_are_chosen_evenly():
     assert evenly(12, 4) == [0, 4, 7, 11]
     assert evenly(2, 4) == [0, 1] and evenly(0, 4) == [] and evenly(1, 4) == [0]
@@ -329,3 +335,13 @@ def test_a_run_without_frames_has_a_page(tmp_path, capsys):
     assert main(["report", str(tmp_path / "none.mcap")]) == 0
     words = " ".join(Elements((tmp_path / "none.html").read_text(encoding="utf-8")).words)
     assert "too_many_points" in words and "6 rejected" in words
+
+
+def test_the_numbers_have_the_measures_of_detection_that_the_truth_allows(sim, tmp_path):
+    names = ("overlap_f", "precision_50", "recall_50", "false_objects")
+    for options, shown in (([], names), (["--partial-truth"], ("recall_50",))):
+        page = tmp_path / "page.html"
+        assert main(["report", str(sim.with_suffix(".mcap")), "-o", str(page), "--frames", "0", *options]) == 0
+        text = page.read_text(encoding="utf-8")
+        assert [name for name in names if f'<th scope="row">{name}</th>' in text] == [*shown]
+        assert ("on no object" in text) is (not options)

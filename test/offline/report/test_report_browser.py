@@ -128,9 +128,9 @@ def test_the_3d_view_shows_other_frames_and_colors(browser, sim):
         first = pixels(page)
         page.locator('[data-mode="rgb"]').click()
         assert differ(first, pixels(page)) > 0.05
-        page.locator('[data-closer="4"]').click()
+        page.locator('[data-detail="4"]').click()
         page.locator('[data-mode="label"]').click()
-        assert page.locator('[data-closer="4"]').get_attribute("aria-pressed") == "true"
+        assert page.locator('[data-detail="4"]').get_attribute("aria-pressed") == "true"
         assert differ(first, pixels(page)) > 0.02
 
 

@@ -17,6 +17,7 @@ from places import SIMULATED
 from sklearn.metrics import adjusted_rand_score
 
 from topo_region_seg.offline.cli.main import main
+from topo_region_seg.offline.cli.tables import change_table
 from topo_region_seg.offline.runs.comparison import Comparison, FrameChange, changed_points, compare
 from topo_region_seg.offline.runs.limits import Limits, broken, summary
 from topo_region_seg.offline.runs.run import open_run
@@ -226,3 +227,103 @@ def test_a_damaged_run_is_compared_as_far_as_it_goes_and_fails(place, tmp_path, 
     said = capsys.readouterr()
     assert f"damaged: {pair[place]}" in said.err
     assert "frames in both" in said.out
+
+
+def test_quality_against_the_truth_is_read_as_asked(runs, capsys, tmp_path):
+    quality = {}
+    for option in ("--source", "--whole-objects", "--partial-truth"):
+        given = [option, SIM] if option == "--source" else [option]
+        assert command(runs[0], runs[2], *given, "--json", tmp_path / "c.json") == 0
+        quality[option] = [
+            pair for frame in json.loads((tmp_path / "c.json").read_text())["frames"] for pair in frame["quality"]
+        ]
+        shown = capsys.readouterr().out
+        assert "true WOv A" in shown and "true overl. F" in shown
+    for parts, whole, partial in zip(*quality.values(), strict=True):
+        assert whole["wov"] != parts["wov"] == partial["wov"]
+        assert partial["overlap_f"] is None and partial["recall_50"] == parts["recall_50"]
+        assert 0.0 < parts["overlap_f"] <= 1.0
+
+
+def test_the_frames_that_changed_most_come_first_and_those_that_did_not_are_left_out():
+    def frame(index, changed, regions=(5, 5)):
+        return hand_made(index=(index, index), changed=changed, regions=regions).frames[0]
+
+    frames = [
+        frame(0, 0.0),
+        frame(1, 0.2),
+        frame(2, None),  # other points
+        frame(3, 0.2, (5, 2)),
+        frame(4, 0.0, (5, 6)),
+        frame(5, 0.9),
+        frame(6, 0.2, (5, 6)),
+    ]
+    found = Comparison(frames=frames)
+    assert [frame.index[0] for frame in found.most_changed(10)] == [2, 5, 3, 6, 1, 4]
+    assert [frame.index[0] for frame in found.most_changed(2)] == [2, 5]
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("max_quality_loss", "the truth is unknown"), ("min_wov", "there is nothing to compare")]
+    + [(name, "there is nothing to compare") for name in ("min_ari", "max_changed", "max_ms_ratio")],
+)
+def test_a_limit_on_what_is_not_known_is_exceeded_and_says_why(name, why):
+    found = hand_made(quality=(None, None), wov=None, ari=None, changed=None, ms={})
+    lines = broken(found, summary(found), Limits(**{name: 0.5}))
+    assert lines[0] == f"--{name.replace('_', '-')} 0.5: {why}"
+    sizes = "1 frames differ in their number of points, first at 1.000 s"
+    assert lines[1:] == ([] if name in ("max_quality_loss", "max_ms_ratio") else [sizes])
+
+
+def test_only_known_times_and_qualities_count():
+    frames = hand_made().frames + hand_made(ms={"total": (None, 9.0)}, quality=(quality(0.9), None)).frames
+    frames += hand_made(ms={"total": (30.0, 30.0)}, quality=(quality(0.5), quality(None))).frames
+    frames += hand_made(ms={"total": (20.0, 50.0)}, quality=(quality(0.5), quality(0.1))).frames
+    sums = summary(Comparison(frames=frames, only_a=[], only_b=[2.0, 3.0, 4.0]))
+    assert sums["ms_ratio"] == pytest.approx(30.0 / 20.0), "of the medians"
+    assert sums["quality_loss"] == pytest.approx((0.1 + 0.4) / 2)
+    assert sums["unmatched"] == 3
+    assert summary(hand_made(ms={"total": (0.0, 5.0)}))["ms_ratio"] is None
+
+
+def test_the_worst_frame_counts():
+    frames = hand_made().frames + hand_made(regions=(9, 2), wov=0.2, ari=0.95, changed=0.05).frames
+    sums = summary(Comparison(frames=frames))
+    assert (sums["region_change"], sums["wov"], sums["ari"], sums["changed"]) == (7, 0.2, 0.8, 0.1)
+
+
+def cells(table):
+    return [list(column.cells) for column in table.columns]
+
+
+def test_the_table_shows_each_figure_of_a_frame():
+    other = hand_made(stamp=2.0, changed=None, wov=None, ari=None, ms={}, quality=(None, quality(0.25)), regions=(3, 1))
+    table = change_table([*hand_made().frames, *other.frames])
+    assert cells(table) == [
+        ["1.000", "2.000"], ["5", "3"], ["6", "1"], ["10.0 %", "other points"], ["0.900", "–"], ["0.800", "–"],
+        ["10.0", "–"], ["15.0", "–"], ["0.700", "–"], ["0.600", "0.250"],
+    ]  # fmt: skip
+    assert [column.header for column in table.columns] == [
+        "stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B",
+    ]  # fmt: skip
+    assert len(change_table(hand_made(quality=(None, None)).frames).columns) == 8
+
+
+def test_the_picture_names_both_runs_and_shows_what_changed(runs, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        "topo_region_seg.offline.figures.difference.plot_differences", lambda rows, path: drawn.extend(rows)
+    )
+    assert command(runs[0], runs[2], "--picture", tmp_path / "c.png") == 0
+    found = compare(open_run(runs[0]), open_run(runs[2]))
+    assert len(drawn) == 4
+    for row, change in zip(drawn, found.most_changed(4), strict=True):
+        assert change.regions[0] != change.regions[1]
+        assert row.titles == (
+            f"A, {change.stamp:.3f} s: {change.regions[0]} regions",
+            f"B: {change.regions[1]} regions",
+            f"changed: {100 * change.changed:.1f} % of the points",
+        )
+        valid = np.isfinite(row.cloud.xyz).all(axis=1)
+        assert row.changed[valid].mean() == pytest.approx(change.changed)

@@ -150,3 +150,13 @@ def test_recordings_without_a_record_are_refused(tmp_path):
     assert read_attachment(tmp_path / "old.mcap", RECORD_NAME) is None
     with pytest.raises(BagError, match="older version"):
         open_run(tmp_path / "old.mcap")
+
+
+def test_a_source_whose_clouds_cannot_be_read_has_no_truth(tmp_path):
+    entries = cloud_entries(2)
+    source = write_mcap(tmp_path / "in.mcap", entries)
+    out = tmp_path / "out.mcap"
+    assert main(["replay", str(source), "-o", str(out)]) == 0
+    assert truth_of_run(open_run(out)) is None, "its clouds carry no labels"
+    garbage = write_mcap(tmp_path / "garbage.mcap", [(*entry[:3], b"\0\1\0\0") for entry in entries])
+    assert truth_of_run(open_run(out), garbage) is None

@@ -3,8 +3,8 @@
 """Lengths in units of the spacing and the noise that the sensor leaves, which grow with the distance.
 
 A camera's points are as far apart as the pixel's angle times the depth. In the coordinates (x/z, y/z, ln z) that
-spacing is the same everywhere, so one radius serves near and far things alike. Where points lie closer than
-REFERENCE_SPACING all lengths are what they say: things near by have the regions that they have there.
+spacing is the same everywhere, so one radius serves near and far things alike. Where points lie closer together
+than REFERENCE_SPACING lengths stay metres: things nearby keep the regions that they have without `auto`.
 """
 
 from __future__ import annotations
@@ -15,19 +15,21 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from topo_region_seg.beyond.auto_scale.view import evened, grid_figures, growths, seen_from
+from topo_region_seg.steps.view.camera import (
+    NEAREST,
+    STRAY,
+    evened,
+    grid_figures,
+    growths,
+    seen_from,
+    strays_of,
+)
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.growth import REFERENCE_SPACING, Growth
 
-WIDEST = 60.0
-"""Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
-NEAREST = 0.05
-"""Least distance of a camera's point, metres."""
-STRAY = 0.02
-"""Share of the points that may be nearer, or farther off the middle of the view, than a camera's points are."""
 SAMPLE = 2_000
-"""About how many points tell where the camera looks and, where there is no image grid, the spacing and the noise."""
+"""About how many points show where the camera looks and, where there is no image grid, the spacing and the noise."""
 PAIRS = 20_000
 """About how many points of an image grid tell them."""
 APART = 4
@@ -52,7 +54,7 @@ class LocalUnits:
     depth : float
         Depth from which on lengths grow with it, metres: points are REFERENCE_SPACING apart there; inf: they do not.
     everywhere : float
-        How many times as long lengths are at the least, whatever the depth; 1 unless `depth` is inf.
+        Factor by which lengths grow at least, whatever the depth; 1 unless `depth` is inf.
     noise : float
         Standard deviation of the inverse depth, 1/m. That of the depth is its square times as much.
     middle : float
@@ -66,11 +68,11 @@ class LocalUnits:
     middle: float = 0.0
 
     def growth(self, xyz: FloatArray) -> FloatArray:
-        """Return how many times as long as they say lengths are at positions (N, 3), metres; (N,), at least 1."""
+        """Return the factor by which lengths grow at positions (N, 3), metres; (N,), at least 1."""
         return growths(xyz, self.axes[2], self.depth, self.everywhere)
 
     def at(self, xyz: FloatArray) -> FloatArray:
-        """Return positions (N, 3), metres, in coordinates in which lengths are what they say; `xyz` where they are."""
+        """Return positions (N, 3) in coordinates in which one length serves all; `xyz` itself if metres do."""
         if np.max(self.growth(xyz), initial=1.0) == 1.0:
             return xyz
         return xyz / self.everywhere if math.isinf(self.depth) else evened(xyz, self.axes, self.depth)
@@ -118,10 +120,8 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
     sample = xyz[sample_rows(xyz, SAMPLE, 0)]
     if len(sample) < 2:
         return LocalUnits(np.eye(3), math.inf)
-    distance = np.maximum(np.linalg.norm(sample, axis=1), 1e-12)
-    axes = _axes(sample / distance[:, None])
+    axes, strays = strays_of(sample)
     depth = seen_from(sample, axes)[:, 2]
-    strays = (distance < NEAREST) | (depth < distance * math.cos(math.radians(WIDEST)))
     if np.mean(strays) > STRAY:
         spacing = float(np.median(cKDTree(xyz).query(sample, k=2)[0][:, 1]))
         return LocalUnits(np.eye(3), math.inf, max(1.0, spacing / REFERENCE_SPACING))
@@ -156,14 +156,3 @@ def _in_tree(xyz: FloatArray, sample: FloatArray, axes: FloatArray) -> tuple[flo
     inverse = 1.0 / seen[found, 2:]
     rest = inverse - plane @ (np.linalg.pinv(plane) @ inverse)
     return angle, math.sqrt(float(np.median((rest**2).sum(axis=(1, 2)))) / (AROUND - 2))
-
-
-def _axes(directions: FloatArray) -> FloatArray:
-    """Return the axes whose third is the middle of the view; those of the sensor where that looks along z."""
-    middle = directions.mean(axis=0)
-    middle /= max(float(np.linalg.norm(middle)), 1e-12)
-    if middle[2] > math.cos(math.radians(WIDEST / 2.0)):
-        return np.eye(3)
-    side = np.cross(middle, np.eye(3)[int(np.argmin(np.abs(middle)))])
-    side /= np.linalg.norm(side)
-    return np.array([side, np.cross(middle, side), middle])

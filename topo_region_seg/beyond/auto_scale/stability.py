@@ -18,7 +18,7 @@ def stability(
 ) -> FloatArray:
     """Return how long regions stay the same, after each death: the mean over the points, as a logarithm; (D + 1,).
 
-    A region is a component of at least `min_size`. It stays the same from the scale at which it came about, or `first`
+    A region is a component of at least `min_size`. It stays the same from the scale at which it arose, or `first`
     if that is larger, until it joins another and is less than the share `same` of what becomes of both. A point
     without a region counts as 0.
 

@@ -7,9 +7,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from topo_region_seg.beyond.objects.lengths import Lengths, scale_at
+from topo_region_seg.steps.view.lengths import Lengths, scale_at
 from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.data import BoolArray, IntArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single

@@ -10,18 +10,24 @@ import numpy as np
 
 from topo_region_seg.beyond.objects.convexity import FREE, Borders, longer, place_of
 from topo_region_seg.steps.view.label_image import Labels
-from topo_region_seg.beyond.objects.lengths import Lengths, scale_at
+from topo_region_seg.steps.view.lengths import Lengths, scale_at
 from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 
+TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
 PARTS = (0.15, 0.3, 0.5, 0.8)
 """Shares of the reach at which pixels are looked at."""
 
 
 @kernel
 def grid_borders(
-    grid: ImageGrid, normals: Single, label: Labels, lengths: Lengths, reach: float, pixel: float, tolerance: float
+    grid: ImageGrid, normals: Single, label: Labels, lengths: Lengths, reach: float, pixel: float
 ) -> Borders:
+    """Judge pairs of pixels of different labels, up to `reach` (m, times the scale at their depth) apart.
+
+    A pair is convex as in `find_borders`. `label` (P,) is 0 for pixels that judge nothing; `pixel` is the angle between
+    pixels, radians.
+    """
     slot, key, figures, count = np.full(1024, FREE), np.empty(256, np.int64), np.empty((256, 3)), 0
     width, height = grid.width, grid.height
     last, border = np.int64(FREE), 0
@@ -36,7 +42,8 @@ def grid_borders(
             px = part * own_reach / (pixel * z)
             straight, slanted = max(1, round(px)), max(1, round(0.71 * px))
             for direction in range(4):
-                dx = straight if direction == 0 else (0 if direction == 1 else (slanted if direction == 2 else -slanted))
+                right, left = straight if direction == 0 else slanted, -slanted
+                dx = left if direction == 3 else (0 if direction == 1 else right)
                 dy = 0 if direction == 0 else (straight if direction == 1 else slanted)
                 x, y = x0 + dx, y0 + dy
                 if x < 0 or x >= width or y >= height:
@@ -69,7 +76,7 @@ def grid_borders(
                         count += 1
                     border = slot[free]
                 figures[border, 0] += 1.0
-                figures[border, 1] += 1.0 if opening > -tolerance * distance else 0.0
+                figures[border, 1] += 1.0 if opening > -TOLERANCE * distance else 0.0
                 figures[border, 2] = min(figures[border, 2], distance)
     order = np.argsort(key[:count])
     found, figures = key[order], figures[order]

@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.compiled.dialect import kernel

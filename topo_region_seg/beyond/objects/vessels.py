@@ -9,12 +9,16 @@ import numpy as np
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.outlines import OCCLUDED, OWN, TOUCHING, Relations
 from topo_region_seg.compiled.dialect import kernel
-from topo_region_seg.data import FloatArray
+from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.view.grid import Single
 
-PAIRS = 400
-FEWEST = 20
+PAIRS, FEWEST = 400, 20
+"""Pairs of points whose normals are compared, of labels with at least so many points."""
 CURVED = 0.15
+"""Opening from which on a label is convex; below the negative of it, concave."""
+STANDING, RIM, HIDDEN, BEFORE = 0.1, 0.3, 0.1, 0.18
+"""Shares of the outline of an inside: on the ground at the most, its own at the least; hiding the outside at the most,
+and hidden by it, or touching it, at the least."""
 
 
 @kernel
@@ -57,21 +61,26 @@ def openings(label: Labels, xyz: Single, normals: Single, n_labels: int) -> Floa
     return opening
 
 
-def insides(relations: Relations, opening: FloatArray, n_objects: int, support: int):
-    """Return for each label (L,) that of which it is the inside; itself if it is none."""
+def insides(found: Relations, opening: FloatArray) -> IntArray:
+    """Return for each label (L,) that of which it is the inside; itself if it is none.
+
+    An inside is concave, stands on nothing, and has a rim of its own, behind which it is hidden by, or touches, a convex
+    part that it does not hide itself.
+    """
     n = len(opening)
-    total = np.bincount(relations.first, relations.count.sum(axis=1), len(relations.frame))
-    whole = np.maximum(total + relations.frame + relations.void, 1.0)
-    own = np.bincount(relations.first, relations.count[:, OWN], len(whole)) / whole
-    on_ground = relations.second >= n
-    stands = np.bincount(relations.first[on_ground], relations.count[on_ground, TOUCHING], len(whole)) / whole
-    to = np.arange(n)
+    total = found.totals(n)
+    among = np.maximum(np.bincount(found.first, found.count.sum(axis=1), len(found.frame))[:n], 1.0)
+    own = np.bincount(found.first, found.count[:, OWN], len(found.frame))[:n] / total
+    ground = found.second >= n
+    stands = np.bincount(found.first[ground], found.count[ground, TOUCHING], len(found.frame))[:n] / total
+    group = np.arange(n)
     for k in np.argsort(opening, kind="stable"):
-        if k == 0 or opening[k] > -CURVED or stands[k] > 0.1 or own[k] < 0.3:
+        if k == 0 or opening[k] > -CURVED or stands[k] > STANDING or own[k] < RIM:
             continue
-        mine = (relations.first == k) & (relations.second < n)
-        other, count = relations.second[mine], relations.count[mine] / max(total[k], 1.0)
-        fit = np.where((opening[other] >= CURVED) & (count[:, OWN] <= 0.1), count[:, OCCLUDED] + count[:, TOUCHING], 0.0)
-        if len(fit) and fit.max() > 0.18:
-            to[to == k] = other[fit.argmax()]
-    return to
+        mine = (found.first == k) & (found.second < n)
+        other, count = found.second[mine], found.count[mine] / among[k]
+        outside = (opening[other] >= CURVED) & (count[:, OWN] <= HIDDEN)
+        fit = np.where(outside, count[:, OCCLUDED] + count[:, TOUCHING], 0.0)
+        if len(fit) and fit.max() > BEFORE:
+            group[group == k] = group[other[fit.argmax()]]
+    return group

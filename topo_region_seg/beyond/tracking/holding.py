@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Regions that were apart stay apart, and borders at rest stay where they are, until it is more than noise."""
+"""Regions that were apart stay apart, and borders at rest stay where they are, until the change is more than noise."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Holding:
         self._waited = np.zeros(0, np.uint8)
 
     def steadied(self, cloud: Cloud, seg: Segmentation, seen: Seen) -> Segmentation:
-        """Return `seg` with the regions parted that noise has joined, and with the borders at rest of `seen`.
+        """Return `seg` with the regions that noise has joined parted again, and with the resting borders of `seen`.
 
         Parameters
         ----------

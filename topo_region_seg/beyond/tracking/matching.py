@@ -13,7 +13,7 @@ from topo_region_seg.beyond.tracking.tracks import Tracks
 from topo_region_seg.data import FloatArray, IntArray, RegionTable
 
 REACH = 0.1
-"""Farthest way of a region's center from where it is expected, if it overlaps nothing of what it was, metres."""
+"""Largest distance of a region's center from where it is expected, if it no longer overlaps where it was, metres."""
 COLOR_REACH = 20.0
 """Largest difference of mean colors of such a region, CIE76 dE."""
 SIZE_REACH = 1.0
@@ -31,7 +31,7 @@ def matched(
 ) -> IntArray:
     """Return for each region of a frame (R,) the row of `tracks` that it goes on with, or -1.
 
-    First those that lie on one another for the most part; then, from the highest down, by the sum of intersection over
+    First those that mostly overlap; then, from the highest down, by the sum of intersection over
     union (0 to 1) and likeness (0 to 1) in place, color and size.
 
     Parameters

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Borders between regions at rest: noise gives their points to the one side or the other from frame to frame."""
+"""Borders between regions at rest: from frame to frame noise gives their points to one side or the other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from topo_region_seg.beyond.tracking.overlap import common_points
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 
 STILL = 0.005
-"""Farthest way of a region's center from frame to frame for the region to be at rest, metres."""
+"""Largest movement of a region's center from frame to frame for the region to be at rest, metres."""
 
 
 def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center: FloatArray) -> IntArray:

@@ -106,12 +106,12 @@ def _wanted(reader: BagReader, clouds: list[Topic], wanted: str) -> Topic:
     for topic in clouds:
         if topic.name.lstrip("/") == wanted.lstrip("/"):
             return topic
-    mend = f"choose one of: {_options(clouds)}" if clouds else "it has no clouds"
+    advice = f"choose one of: {_options(clouds)}" if clouds else "it has no clouds"
     for topic in reader.topics:
         if topic.name.lstrip("/") == wanted.lstrip("/"):
             what = f"of type {topic.type}" if topic.type != POINT_CLOUD else "empty"
-            raise BagError(f"{reader.path}: topic {topic.name} is {what}; {mend}")
-    raise BagError(f"{reader.path}: has no topic {wanted}; {mend}")
+            raise BagError(f"{reader.path}: topic {topic.name} is {what}; {advice}")
+    raise BagError(f"{reader.path}: has no topic {wanted}; {advice}")
 
 
 def _options(clouds: list[Topic]) -> str:

@@ -17,7 +17,7 @@ from topo_region_seg.offline.bags.records import BagError, BagReader, Record, St
 from topo_region_seg.offline.bags.rosbags_file import open_sqlite
 from topo_region_seg.offline.bags.unpacking import is_packed, unpack_file, unpack_message
 
-REINDEX = "run 'ros2 bag reindex {path}' to make it anew"
+REINDEX = "run 'ros2 bag reindex {path}' to make it again"
 PARTS: dict[Any, Callable[[Path, Path], BagReader]] = {"mcap": McapFile, "sqlite3": open_sqlite}
 """By storage identifier: opens one file; also takes what messages call it."""
 
@@ -143,7 +143,7 @@ def _information(path: Path) -> dict[str, Any]:
     try:
         text = metadata.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise BagError(f"{path}: no recording in this folder (no metadata.yaml); {_mend(path)}") from None
+        raise BagError(f"{path}: no recording in this folder (no metadata.yaml); {_advice(path)}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise BagError(f"{metadata}: cannot be read ({error}); {REINDEX.format(path=path)}") from None
     try:
@@ -158,7 +158,7 @@ def _information(path: Path) -> dict[str, Any]:
     return information
 
 
-def _mend(path: Path) -> str:
+def _advice(path: Path) -> str:
     found = sorted([*path.glob("*.mcap"), *path.glob("*.db3"), *path.glob("*.bag"), *path.glob("*/metadata.yaml")])
     if not found:
         return "give a rosbag2 folder, a .mcap, a .db3 or a .bag"

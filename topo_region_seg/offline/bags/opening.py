@@ -17,7 +17,7 @@ SQLITE_MAGIC = b"SQLite format 3\0"
 
 
 def open_bag(path: str | Path) -> BagReader:
-    """Open a rosbag2 folder, a plain .mcap or .db3 file, or a ROS 1 .bag; the kind of a file is told by its content.
+    """Open a rosbag2 folder, a plain .mcap or .db3 file, or a ROS 1 .bag; the content of a file shows its kind.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from types import TracebackType
 
 
 class BagError(Exception):
-    """A recording cannot be read or written; the message names the file, the reason and the mend in one line."""
+    """A recording cannot be read or written; the message names the file, the reason and what to do, in one line."""
 
 
 @dataclass(frozen=True)

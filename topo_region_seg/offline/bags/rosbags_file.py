@@ -21,7 +21,7 @@ from topo_region_seg.offline.bags.recovery.sqlite_scan import SqliteScan
 
 
 class RosbagsFile(BagReader):
-    """A recording behind one of rosbags' readers; where that fails on the way, `recover` opens what is left.
+    """A recording behind one of rosbags' readers; where it fails midway, `recover` opens what is left.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class RosbagsFile(BagReader):
         The file.
     reader : callable
         Makes rosbags' reader of a path.
-    mend : str
+    advice : str
         What to try if the file cannot be opened.
     recover : callable
         Opens the file record by record.
@@ -41,7 +41,7 @@ class RosbagsFile(BagReader):
         self,
         path: Path,
         reader: Callable[[Path], Any],
-        mend: str,
+        advice: str,
         recover: Callable[[], BagReader],
         name: Path | None = None,
     ) -> None:
@@ -52,7 +52,7 @@ class RosbagsFile(BagReader):
             self._reader = reader(path)
             self._reader.open()
         except Exception as error:  # rosbags lets those of its storage libraries through
-            raise BagError(f"{self.path}: {_one_line(error)}; {mend}") from error
+            raise BagError(f"{self.path}: {_one_line(error)}; {advice}") from error
         self._ros1 = isinstance(self._reader, Ros1Reader)
         self.topics = merge_topics(
             [
@@ -118,7 +118,7 @@ def open_ros1(path: Path) -> BagReader:
     """Open a ROS 1 bag; one without an index, as a killed recorder leaves it, is read record by record."""
     try:
         return RosbagsFile(
-            path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may mend it", lambda: Ros1Scan(path)
+            path, Ros1Reader, "if it is a ROS 1 bag, 'rosbag reindex' may repair it", lambda: Ros1Scan(path)
         )
     except BagError:
         return Ros1Scan(path)
@@ -135,8 +135,8 @@ def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
     reader: BagReader | None = None
     if not cut:
         with suppress(BagError):
-            mend = "'ros2 bag reindex' on the folder may mend it"
-            reader = RosbagsFile(path, Ros2Reader, mend, lambda: SqliteScan(path, name), name)
+            advice = "'ros2 bag reindex' on the folder may repair it"
+            reader = RosbagsFile(path, Ros2Reader, advice, lambda: SqliteScan(path, name), name)
     reader = reader or SqliteScan(path, name)
     log = path.with_name(f"{path.name}-wal")
     if log.is_file() and log.stat().st_size:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from topo_region_seg.offline.cli import status
+from topo_region_seg.offline.cli.evaluation_options import add_reading_arguments, reading_from
 
 if TYPE_CHECKING:
     from topo_region_seg.offline.runs.comparison import Comparison, FrameChange
@@ -33,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", type=Path, help="write all frames and the summary as JSON")
     parser.add_argument("--source", metavar="BAG", type=Path, help="the recording that was replayed, if it was moved")
     parser.add_argument("--truth-topic", metavar="TOPIC", help="topic of true labels (default: /ground_truth/labels)")
+    add_reading_arguments(parser)
     limits = parser.add_argument_group("limits (the exit status is 1 if any is exceeded)")
     limits.add_argument(
         "--max-region-change", metavar="N", type=_count, help="change in the number of regions of any frame"
@@ -64,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
         check_writable(args.json)
     check_picture(args.picture)
     a, b = open_run(args.run_a), open_run(args.run_b)
-    truth = truth_of_run(a, args.source, args.truth_topic)
+    truth = truth_of_run(a, args.source, args.truth_topic, reading_from(args))
     with progress("comparing", min(len(a.record.frames), len(b.record.frames))) as step:
         found = compare(a, b, truth, step)
     sums = summary(found)

@@ -37,6 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from topo_region_seg.offline.cli.evaluation_tables import bag_table, frame_table
     from topo_region_seg.offline.cli.interrupt import stop_request
     from topo_region_seg.offline.evaluation.jobs import Job, Plan
+    from topo_region_seg.offline.evaluation.measures import DETECTION, SEGMENTATION
 
     params = params_from(args)
     for file in (args.json, args.csv):
@@ -60,8 +61,9 @@ def run(args: argparse.Namespace) -> int:
     if args.csv:
         write_whole(args.csv, csv_text(results))
     if any(result.frames for result in results):
-        output().print(frame_table(results))
-        output().print(bag_table(results))
+        for measures in (SEGMENTATION, DETECTION):
+            output().print(frame_table(results, measures))
+            output().print(bag_table(results, measures))
     note_notices(results)
     for result in results:
         note_troubles(result)

@@ -16,6 +16,7 @@ from topo_region_seg.offline.cli.status import ToolError
 
 if TYPE_CHECKING:
     from topo_region_seg.offline.evaluation.jobs import Runner
+    from topo_region_seg.offline.evaluation.measures import TruthReading
     from topo_region_seg.offline.evaluation.results import BagResult
     from topo_region_seg.offline.evaluation.source import Source
 
@@ -37,11 +38,33 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: /ground_truth/labels, or else the field 'label' of the clouds themselves)",
     )
     parser.add_argument("--truth-bag", metavar="BAG", type=Path, help="take the truth from another recording")
+    add_reading_arguments(parser)
     parser.add_argument(
         "--recorded-labels",
         action="store_true",
         help="measure the recorded labels (/labeled_points) instead of segmenting the clouds",
     )
+
+
+def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what true labels mean."""
+    parser.add_argument(
+        "--whole-objects",
+        action="store_true",
+        help="true labels from 20 on with the same tens are parts of one object, which counts as a whole",
+    )
+    parser.add_argument(
+        "--partial-truth",
+        action="store_true",
+        help="only some of the objects have truth: leave out what counts regions without a true object as wrong",
+    )
+
+
+def reading_from(args: argparse.Namespace) -> TruthReading:
+    """Return what the command line says about true labels."""
+    from topo_region_seg.offline.evaluation.measures import TruthReading
+
+    return TruthReading(args.whole_objects, args.partial_truth)
 
 
 def add_cluster_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +90,15 @@ def sources_from(args: argparse.Namespace) -> list[Source]:
             raise ToolError(f"--truth-bag {args.truth_bag}: no such file or folder; check the name")
         truth_bag = os.path.abspath(args.truth_bag)
     return [
-        Source(str(bag), os.path.abspath(bag), args.topic, args.truth_topic, truth_bag, args.recorded_labels)
+        Source(
+            str(bag),
+            os.path.abspath(bag),
+            args.topic,
+            args.truth_topic,
+            truth_bag,
+            args.recorded_labels,
+            reading_from(args),
+        )
         for bag in find_bags(args.bags)
     ]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from topo_region_seg.offline.evaluation.measures import MEASURES, Measures
+from topo_region_seg.offline.evaluation.measures import Measures
 from topo_region_seg.offline.evaluation.results import BagResult, mean_measures, median_ms
 
 HEADS = {
@@ -23,15 +23,25 @@ HEADS = {
     "boundary_precision": "bound.\nprecis.",
     "asa": "ASA",
     "labelled": "label-\nled",
+    "overlap_precision": "overl.\nP",
+    "overlap_recall": "overl.\nR",
+    "overlap_f": "overl.\nF",
+    "f75": "F >\n0.75",
+    "precision_50": "P at\n0.5",
+    "recall_50": "R at\n0.5",
+    "precision_75": "P at\n0.75",
+    "recall_75": "R at\n0.75",
+    "false_objects": "false",
+    "boundary_f": "bound.\nF",
 }
-"""Names of the measures in tables; docs/algorithm.md defines them."""
+"""Names of the measures in tables; docs/evaluation.md defines them."""
 
 MOST_FRAMES = 40
 WORST_FRAMES = 10
 
 
-def frame_table(results: Sequence[BagResult]) -> Table:
-    """Return one row per frame; if there are many, only those with the lowest weighted overlap."""
+def frame_table(results: Sequence[BagResult], measures: Sequence[str]) -> Table:
+    """Return one row per frame with some measures; if there are many, only those with the lowest weighted overlap."""
     rows = [(result.bag, frame) for result in results for frame in result.frames]
     title = None
     if len(rows) > MOST_FRAMES:
@@ -45,35 +55,40 @@ def frame_table(results: Sequence[BagResult]) -> Table:
         table.add_column("recording", overflow="fold")
     table.add_column("stamp (s)", justify="right")
     table.add_column("regions", justify="right")
-    _add_measures(table)
+    _add_measures(table, measures)
     for bag, frame in rows:
-        cells = [f"{frame.stamp:.3f}", str(frame.regions), *measure_cells(frame.measures), _ms(frame.ms["total"])]
+        cells = [
+            f"{frame.stamp:.3f}",
+            str(frame.regions),
+            *measure_cells(frame.measures, measures),
+            _ms(frame.ms["total"]),
+        ]
         table.add_row(*([names[bag]] if several else []), *cells)
     return table
 
 
-def bag_table(results: Sequence[BagResult]) -> Table:
+def bag_table(results: Sequence[BagResult], measures: Sequence[str]) -> Table:
     """Return one row per recording, and the means over all frames, with the numbers of clouds left out."""
     table = _table(None)
     table.add_column("recording", overflow="fold")
     table.add_column("frames", justify="right")
     table.add_column("no\ntruth", justify="right")
     table.add_column("re-\njected", justify="right")
-    _add_measures(table)
+    _add_measures(table, measures)
     names = short_names([result.bag for result in results])
     for result in results:
         if result.error and not result.frames:
-            table.add_row(names[result.bag], "failed", str(result.without_truth), *[""] * (len(MEASURES) + 2))
+            table.add_row(names[result.bag], "failed", str(result.without_truth), *[""] * (len(measures) + 2))
         else:
-            table.add_row(names[result.bag], *_summary([result]))
+            table.add_row(names[result.bag], *_summary([result], measures))
     table.add_section()
-    table.add_row("mean over frames", *_summary(results), style="bold")
+    table.add_row("mean over frames", *_summary(results, measures), style="bold")
     return table
 
 
-def measure_cells(measures: Measures) -> list[str]:
-    """Return one cell per measure; "-" where it is undefined."""
-    return ["-" if (value := measures[name]) is None else f"{value:.3f}" for name in MEASURES]
+def measure_cells(found: Measures, measures: Sequence[str]) -> list[str]:
+    """Return the cells of some measures; "n/a" where one is undefined."""
+    return ["n/a" if (value := found[name]) is None else f"{value:.3f}" for name in measures]
 
 
 def short_names(bags: Sequence[str]) -> dict[str, str]:
@@ -83,18 +98,18 @@ def short_names(bags: Sequence[str]) -> dict[str, str]:
     return {bag: name if counts[name] == 1 else bag for bag, name in last.items()}
 
 
-def _summary(results: Sequence[BagResult]) -> list[str]:
+def _summary(results: Sequence[BagResult], measures: Sequence[str]) -> list[str]:
     frames = [frame for result in results for frame in result.frames]
     counts = (len(frames), sum(r.without_truth for r in results), sum(len(r.rejected) for r in results))
-    return [*map(str, counts), *measure_cells(mean_measures(frames)), _ms(median_ms(frames))]
+    return [*map(str, counts), *measure_cells(mean_measures(frames), measures), _ms(median_ms(frames))]
 
 
 def _table(title: str | None) -> Table:
     return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
 
 
-def _add_measures(table: Table) -> None:
-    for name in MEASURES:
+def _add_measures(table: Table, measures: Sequence[str]) -> None:
+    for name in measures:
         table.add_column(HEADS[name], justify="right")
     table.add_column("ms", justify="right")
 

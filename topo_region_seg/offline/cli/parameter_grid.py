@@ -64,7 +64,7 @@ def grid_from(args: argparse.Namespace) -> list[Combination]:
     if wrong:
         more = f" | and {len(wrong) - _SHOWN} more" if len(wrong) > _SHOWN else ""
         raise ToolError(
-            f"{len(wrong)} of {len(chosen)} combinations are invalid: {' | '.join(wrong[:_SHOWN])}{more}; mend --set"
+            f"{len(wrong)} of {len(chosen)} combinations are invalid: {' | '.join(wrong[:_SHOWN])}{more}; correct --set"
         )
     return list(found.values())
 

@@ -8,6 +8,7 @@ import argparse
 from pathlib import Path
 
 from topo_region_seg.offline.cli import status
+from topo_region_seg.offline.cli.evaluation_options import add_reading_arguments, reading_from
 from topo_region_seg.offline.cli.status import ToolError
 
 CHOSEN = 4
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TOPIC",
         help="topic of the true labels in the source (default: /ground_truth/labels, if there)",
     )
+    add_reading_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -47,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     count = len(found.record.frames)
     chosen = evenly(count, CHOSEN) if args.frames is None else chosen_frames(args.frames, count)
     with waiting("reading the truth"):
-        truth = truth_of_run(found, args.source, args.truth_topic)
+        truth = truth_of_run(found, args.source, args.truth_topic, reading_from(args))
     with waiting("computing barcodes"):
         barcodes = barcodes_of(found, chosen, args.source)
     with progress("drawing", count) as step:

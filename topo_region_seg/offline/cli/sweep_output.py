@@ -14,11 +14,13 @@ from rich.table import Table
 
 from topo_region_seg.offline.cli.evaluation_tables import HEADS, measure_cells
 from topo_region_seg.offline.cli.parameter_grid import Combination
-from topo_region_seg.offline.evaluation.measures import MEASURES
+from topo_region_seg.offline.evaluation.measures import MEASURES, SEGMENTATION
 from topo_region_seg.offline.evaluation.results import BagResult, mean_measures, median_ms
 from topo_region_seg.offline.evaluation.version import program_version
 
 MOST_ROWS = 40
+SHOWN = (*SEGMENTATION, "overlap_f")
+"""Measures in the table; the files have all."""
 
 
 class Outcome:
@@ -50,7 +52,7 @@ def sweep_table(outcomes: Sequence[Outcome]) -> Table:
     names = list(outcomes[0].combination.varied)
     for name in names:
         table.add_column(name.replace("_", "_\n"), justify="right")
-    for name in MEASURES:
+    for name in SHOWN:
         table.add_column(HEADS[name], justify="right")
     table.add_column("ms", justify="right")
     table.add_column("frames", justify="right")
@@ -58,7 +60,13 @@ def sweep_table(outcomes: Sequence[Outcome]) -> Table:
         values = [str(outcome.combination.varied[name]) for name in names]
         ms = "-" if outcome.ms is None else f"{outcome.ms:.0f}"
         best = place == 1
-        cells = [f"{'★ ' if best else ''}{place}", *values, *measure_cells(outcome.mean), ms, str(outcome.frames)]
+        cells = [
+            f"{'★ ' if best else ''}{place}",
+            *values,
+            *measure_cells(outcome.mean, SHOWN),
+            ms,
+            str(outcome.frames),
+        ]
         table.add_row(*cells, style="bold" if best else "")
     return table
 

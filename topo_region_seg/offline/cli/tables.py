@@ -54,7 +54,7 @@ def change_table(frames: Sequence[FrameChange]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in ("stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B"):
         table.add_column(name, justify="right")
-    for name in ("true WOv A", "B") if measured else ():
+    for name in ("true WOv A", "B", "true overl. F A", "B") if measured else ():
         table.add_column(name, justify="right")
     for frame in frames:
         cells = [f"{frame.stamp:.3f}", *map(str, frame.regions)]
@@ -62,7 +62,7 @@ def change_table(frames: Sequence[FrameChange]) -> Table:
         cells += [_or_dash(value, 3) for value in (frame.wov, frame.ari)]
         cells += [_or_dash(value, 1) for value in frame.ms.get("total", (None, None))]
         if measured:
-            cells += [_or_dash(quality["wov"] if quality else None, 3) for quality in frame.quality]
+            cells += [_or_dash(q.get(name) if q else None, 3) for name in ("wov", "overlap_f") for q in frame.quality]
         table.add_row(*cells)
     return table
 

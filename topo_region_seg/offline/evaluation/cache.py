@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import os
@@ -32,6 +33,7 @@ def key_of(content: str, truth_content: str, source: Source, params: Params, ver
         "truth_content": truth_content,
         "truth_topic": source.truth_topic,
         "recorded": source.recorded,
+        "reading": dataclasses.asdict(source.reading),
         "params": params.as_dict(),
         "version": version,
     }

@@ -1,29 +1,82 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The quality measures of one frame; docs/algorithm.md defines them."""
+"""The quality measures of one frame; docs/evaluation.md defines them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from topo_region_seg.data import BoolArray, IntArray, LabelArray
-from topo_region_seg.offline.evaluation.boundaries import boundary_precision, boundary_recall
+from topo_region_seg.offline.evaluation.boundaries import boundary, object_boundary_f, share_near
+from topo_region_seg.offline.evaluation.contingency import Contingency, contingency
+from topo_region_seg.offline.evaluation.detection import detect
 
 FIRST_OBJECT = 20
 """True labels from this one up are segments of objects; 0 is unknown, the others are background."""
+PER_OBJECT = 10
+"""The parts of an object have labels with the same tens."""
 
-MEASURES = ("wov", "fos", "fus", "ari", "boundary_recall", "boundary_precision", "asa", "labelled")
+SEGMENTATION = ("wov", "fos", "fus", "ari", "boundary_recall", "boundary_precision", "asa", "labelled")
+"""How well regions fit the true segments, whatever else they cover."""
+DETECTION = (
+    "overlap_precision",
+    "overlap_recall",
+    "overlap_f",
+    "f75",
+    "precision_50",
+    "recall_50",
+    "precision_75",
+    "recall_75",
+    "false_objects",
+    "boundary_f",
+)
+"""How good each region is as a detection of one object."""
+MEASURES = SEGMENTATION + DETECTION
 """The names of the measures, in the order in which they are shown."""
+NEEDS_ALL_OBJECTS = (
+    "boundary_precision",
+    "overlap_precision",
+    "overlap_f",
+    "precision_50",
+    "precision_75",
+    "false_objects",
+    "boundary_f",
+)
+"""Measures that count regions without a true object as wrong, which is only known if all objects have truth."""
 
 Measures = dict[str, float | None]
 """A value for each of MEASURES; None where a frame does not define it."""
 
 
+@dataclass(frozen=True)
+class TruthReading:
+    """What true labels mean.
+
+    Parameters
+    ----------
+    whole_objects : bool
+        Labels from 20 on with the same tens are one segment.
+    partial : bool
+        Only some of the objects have truth: :data:`NEEDS_ALL_OBJECTS` are not defined.
+    """
+
+    whole_objects: bool = False
+    partial: bool = False
+
+
+AS_LABELED = TruthReading()
+"""Each label is a segment, and all objects have truth."""
+
+
 def measure(
-    truth: LabelArray, labels: LabelArray, valid: BoolArray, height: int = 1, width: int | None = None
+    truth: LabelArray,
+    labels: LabelArray,
+    valid: BoolArray,
+    height: int = 1,
+    width: int | None = None,
+    reading: TruthReading = AS_LABELED,
 ) -> Measures:
     """Return all measures of one frame.
 
@@ -37,6 +90,8 @@ def measure(
         Points with a finite position.
     height, width : int
         Organization of the cloud; the boundary measures need an image grid, so `height` greater than 1.
+    reading : TruthReading
+        What the true labels mean.
 
     Returns
     -------
@@ -46,9 +101,11 @@ def measure(
         - `fos`, over-segmentation, 0 to 1, 0 is best: 1 - sum |G ∩ S| / sum |G|.
         - `fus`, under-segmentation, 0 is best, can exceed 1: sum of |S - G| / sum |G|.
         - `ari`, adjusted Rand index on the points of objects; points without a region are one cluster.
-        - `boundary_recall`, `boundary_precision`, 0 to 1, see :mod:`topo_region_seg.offline.evaluation.boundaries`.
+        - `boundary_recall`, `boundary_precision`, `boundary_f`, 0 to 1, see
+          :mod:`topo_region_seg.offline.evaluation.boundaries`.
         - `asa`, achievable segmentation accuracy, 0 to 1: sum over regions of their largest |G ∩ S| / sum |G|.
         - `labelled`, share of the valid points that have a region, 0 to 1.
+        - the others of DETECTION, see :mod:`topo_region_seg.offline.evaluation.detection`.
 
         None where there is nothing to measure: no object in the frame, no boundary, no image grid, no valid point.
 
@@ -61,20 +118,27 @@ def measure(
         width = len(labels) // height
     if not len(truth) == len(labels) == len(valid) == height * width:
         raise ValueError(f"{len(truth)} true labels, {len(labels)} labels, {len(valid)} points, {width} x {height}")
-    objects = valid & (truth >= FIRST_OBJECT)
+    if reading.whole_objects:
+        truth = np.where(truth >= FIRST_OBJECT, truth // PER_OBJECT * PER_OBJECT, truth)
+    counted = contingency(truth[valid], labels[valid])
     found: Measures = dict.fromkeys(MEASURES)
     found["labelled"] = float(np.mean(labels[valid] > 0)) if valid.any() else None
-    if not objects.any():
-        return found
-    overlaps = _overlaps(truth[objects], labels[objects], labels[valid])
-    found["wov"], found["fos"], found["fus"] = _best_regions(overlaps)
-    found["ari"] = _adjusted_rand_index(overlaps)
-    found["asa"] = _achievable_accuracy(overlaps)
-    if height > 1:
-        segments = np.where(objects, truth, 0).reshape(height, width)
-        grid, known = labels.reshape(height, width), valid.reshape(height, width)
-        found["boundary_recall"] = boundary_recall(segments, grid, known)
-        found["boundary_precision"] = boundary_precision(segments, grid, known)
+    detection = detect(counted, FIRST_OBJECT)
+    found |= detection.measures()
+    overlaps = _overlaps(counted)
+    if len(overlaps.count):
+        found["wov"], found["fos"], found["fus"] = _best_regions(overlaps)
+        found["ari"] = _adjusted_rand_index(overlaps)
+        found["asa"] = _achievable_accuracy(overlaps)
+        if height > 1:
+            segments = np.where(valid & (truth >= FIRST_OBJECT), truth, np.uint32(0)).reshape(height, width)
+            grid, known = labels.reshape(height, width), valid.reshape(height, width)
+            true_edge, own_edge = boundary(segments, known), boundary(grid, known)
+            found["boundary_recall"] = share_near(true_edge, own_edge)
+            found["boundary_precision"] = share_near(own_edge, true_edge)
+            found["boundary_f"] = object_boundary_f(segments, grid, true_edge, own_edge, detection.assigned())
+    if reading.partial:
+        found |= dict.fromkeys(NEEDS_ALL_OBJECTS)
     return found
 
 
@@ -82,7 +146,7 @@ def measure(
 class _Overlaps:
     """The pairs of true segment and region that share points, sorted by segment; row i of each array is a pair.
 
-    Segments and regions are numbered from 0; `count` is |G ∩ S|, `segment_size` |G|, `region_size` |S|, and `none` is
+    Segments and regions are numbered; `count` is |G ∩ S|, `segment_size` |G|, `region_size` |S|, and `none` is
     true where the region is label 0: no region.
     """
 
@@ -99,15 +163,12 @@ class _Overlaps:
         return int(self.count.sum())
 
 
-def _overlaps(truth: LabelArray, labels: LabelArray, all_labels: npt.NDArray[np.uint32]) -> _Overlaps:
-    """Count pairs of labels of the points of objects; `all_labels` are those of every valid point."""
-    pairs, count = np.unique(truth.astype(np.uint64) << np.uint64(32) | labels, return_counts=True)
-    _, segment = np.unique(pairs >> np.uint64(32), return_inverse=True)
-    label, region = np.unique(pairs & np.uint64(0xFFFFFFFF), return_inverse=True)
-    known, size = np.unique(all_labels, return_counts=True)
-    segment_size = np.bincount(segment, weights=count).astype(np.int64)
-    region_size = size[np.searchsorted(known, label)]
-    return _Overlaps(segment, region, count, segment_size[segment], region_size[region], label[region] == 0)
+def _overlaps(counted: Contingency) -> _Overlaps:
+    """Take the pairs of objects."""
+    c = counted
+    of_object = c.truths[c.truth] >= FIRST_OBJECT
+    segment, region, count = c.truth[of_object], c.label[of_object], c.count[of_object]
+    return _Overlaps(segment, region, count, c.truth_size[segment], c.label_size[region], c.labels[region] == 0)
 
 
 def _best_regions(overlaps: _Overlaps) -> tuple[float, float, float]:
@@ -141,6 +202,6 @@ def _pairs(sizes: IntArray) -> int:
 def _achievable_accuracy(overlaps: _Overlaps) -> float:
     """Return the share of the objects' points that is right if every region takes its most frequent segment."""
     o = overlaps
-    largest = np.zeros(len(o.region), np.int64)
+    largest = np.zeros(int(np.max(o.region)) + 1, np.int64)
     np.maximum.at(largest, o.region, np.where(o.none, 0, o.count))
     return float(largest.sum() / o.total)

@@ -21,7 +21,7 @@ from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
-from topo_region_seg.offline.evaluation.measures import measure
+from topo_region_seg.offline.evaluation.measures import TruthReading, measure
 from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
 from topo_region_seg.offline.evaluation.source import Source, Task
 from topo_region_seg.offline.evaluation.truth import TruthInOrder, find_truth
@@ -112,7 +112,7 @@ def _evaluate(
     for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
             break
-        _measure(record, topic, ordered, sensor, label, limit, result)
+        _measure(record, topic, ordered, sensor, label, limit, source.reading, result)
         step()
     result.repeated = ordered.repeated
     if sensor.note:
@@ -126,6 +126,7 @@ def _measure(
     sensor: SensorFrame,
     label: _Recorded | _Segmented,
     limit: int,
+    reading: TruthReading,
     result: BagResult,
 ) -> None:
     stamp = record.log_time
@@ -150,7 +151,7 @@ def _measure(
         if len(true_labels) != len(cloud):
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         valid = np.isfinite(cloud.xyz).all(axis=1)
-        measures = measure(true_labels, labels, valid, cloud.height, cloud.width)
+        measures = measure(true_labels, labels, valid, cloud.height, cloud.width, reading)
     except Exception as error:  # one bad frame never ends an evaluation
         result.rejected.append(Rejection.of(seconds(stamp), error))
     else:

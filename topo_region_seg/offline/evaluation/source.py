@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from topo_region_seg.offline.evaluation.measures import AS_LABELED, TruthReading
 from topo_region_seg.params import Params
 
 
@@ -27,6 +28,8 @@ class Source:
         Another recording (absolute path) that holds the true labels.
     recorded : bool
         Measure the recorded labels instead of segmenting the clouds.
+    reading : TruthReading
+        What the true labels mean.
     """
 
     bag: str
@@ -35,6 +38,7 @@ class Source:
     truth_topic: str | None = None
     truth_bag: str | None = None
     recorded: bool = False
+    reading: TruthReading = AS_LABELED
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ def summarized(bars: Bars, max_radius: float) -> dict[str, Any]:
         `max_mm`; `total`, the number of bars; `forever`, how many never die; `region_count`, and `regions`, the labels
         of the first of them with the death of their longest bar, None if it never dies;
         `longest`, pairs of death in mm and label; `histogram`, the number of deaths in each of BINS equal parts of the
-        filtration; `anew`, whether the barcode was computed for the page.
+        filtration; `computed`, whether the barcode was computed for the page.
     """
     endless = np.isinf(bars.death)
     labels, place = np.unique(bars.label, return_inverse=True)
@@ -53,7 +53,7 @@ def summarized(bars: Bars, max_radius: float) -> dict[str, Any]:
         "region_count": len(regions),
         "longest": [[_millimeters(bars.death[row]), int(bars.label[row])] for row in longest],
         "histogram": histogram.tolist(),
-        "anew": bars.computed,
+        "computed": bars.computed,
     }
 
 

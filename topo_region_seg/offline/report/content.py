@@ -86,7 +86,7 @@ def gather(
     for given in run.frames():
         content = frames[given.index]
         true_labels = truth.of(given) if truth else None
-        content.quality = quality(given, true_labels)
+        content.quality = quality(given, true_labels, truth.reading) if truth else None
         content.frame_id = str(given.msg.header.frame_id)
         if given.index in pictured:
             alike = None if content.quality is None or true_labels is None else in_region_colors(given, true_labels)

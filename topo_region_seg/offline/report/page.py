@@ -28,7 +28,7 @@ from topo_region_seg.offline.report.sections import (
 from topo_region_seg.offline.report.series import charts
 from topo_region_seg.offline.runs.run import Run
 
-SCRIPTS = ("page.js", "charts.js", "barcode.js", "view3d.js", "closer.js")
+SCRIPTS = ("page.js", "charts.js", "barcode.js", "view3d.js", "detail.js")
 
 
 def page(run: Run, frames: Sequence[FrameContent], truth: str | None) -> str:

@@ -37,6 +37,16 @@ MEANING = {
     "boundary_precision": "share of the regions' boundary within 2 pixels of the true one; 1 is best",
     "asa": "achievable segmentation accuracy: each region given its most frequent segment; 1 is best",
     "labelled": "share of the valid points that have a region",
+    "overlap_precision": "share of the regions' points that are right, of regions assigned one to one to objects",
+    "overlap_recall": "share of the objects' points that are right, of regions assigned one to one to objects",
+    "overlap_f": "harmonic mean of overlap precision and recall; 1 is best",
+    "f75": "share of the objects whose region has F above 0.75; 1 is best",
+    "precision_50": "share of the regions with intersection over union above 0.5 with an object; 1 is best",
+    "recall_50": "share of the objects with intersection over union above 0.5 with a region; 1 is best",
+    "precision_75": "the same share of the regions, above 0.75",
+    "recall_75": "the same share of the objects, above 0.75",
+    "false_objects": "regions without such an object, above 0.5",
+    "boundary_f": "F of the boundaries of objects and their regions; 1 is best",
 }
 VIEW_BUTTONS = {
     "left": ("◀", "Turn left"),
@@ -142,6 +152,8 @@ def frame_view(frame: FrameContent, params: Params) -> FrameView:
     facts = [f"{record.points:,} points", f"{record.regions} {params.output}", f"{record.ms.get('total', 0.0):.0f} ms"]
     if frame.quality and frame.quality["wov"] is not None:
         facts.append(f"WOv {frame.quality['wov']:.3f}, Fos {frame.quality['fos']:.3f}, Fus {frame.quality['fus']:.3f}")
+    if frame.quality and frame.quality["false_objects"] is not None:
+        facts.append(f"{frame.quality['false_objects']:.0f} of the {params.output} on no object")
     facts.append(f"frame id {frame.frame_id!r}")
     notes = {
         "input": "as recorded",

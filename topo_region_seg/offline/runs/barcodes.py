@@ -138,4 +138,4 @@ def _recorded(msg: Any, limit: int) -> Bars:
 
 
 def _ignore(code: str, text: str) -> None:
-    """Take a notice that has been reported before."""
+    """Drop a notice that has been reported before."""

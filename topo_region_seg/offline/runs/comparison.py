@@ -182,8 +182,12 @@ def _change(a: RunFrame, b: RunFrame, truth: RunTruth | None) -> FrameChange:
         ari=ari,
         changed=changed,
         ms={stage: (a.record.ms.get(stage), b.record.ms.get(stage)) for stage in stages},
-        quality=(quality(a, true_labels), quality(b, true_labels)),
+        quality=(_quality(a, true_labels, truth), _quality(b, true_labels, truth)),
     )
+
+
+def _quality(frame: RunFrame, true_labels: LabelArray | None, truth: RunTruth | None) -> Measures | None:
+    return quality(frame, true_labels, truth.reading) if truth else None
 
 
 def _agreement(a: LabelArray, b: LabelArray, valid: BoolArray) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, decode_message
 from topo_region_seg.offline.bags.records import BagReader, Topic
 from topo_region_seg.offline.evaluation.labels import has_labels
-from topo_region_seg.offline.evaluation.measures import Measures, measure
+from topo_region_seg.offline.evaluation.measures import AS_LABELED, Measures, TruthReading, measure
 from topo_region_seg.offline.evaluation.truth import TRUTH_TOPIC, RecordedTruth, no_truth
 from topo_region_seg.offline.runs.pairing import StampCounts
 from topo_region_seg.offline.runs.run import Run, RunFrame
@@ -28,6 +28,8 @@ class RunTruth:
         The run.
     truth : RecordedTruth
         The truth in its source.
+    reading : TruthReading
+        What the true labels mean.
 
     Attributes
     ----------
@@ -37,8 +39,9 @@ class RunTruth:
         Stamps (s) of frames whose truth is not known, as several clouds have that stamp and not each has a truth.
     """
 
-    def __init__(self, run: Run, truth: RecordedTruth) -> None:
+    def __init__(self, run: Run, truth: RecordedTruth, reading: TruthReading = AS_LABELED) -> None:
         self.topic = truth.topic
+        self.reading = reading
         self.unpaired: list[float] = []
         self._truth = truth
         self._counts = StampCounts(run.record)
@@ -71,7 +74,9 @@ class RunTruth:
         )
 
 
-def truth_of_run(run: Run, source: Path | None = None, truth_topic: str | None = None) -> RunTruth | None:
+def truth_of_run(
+    run: Run, source: Path | None = None, truth_topic: str | None = None, reading: TruthReading = AS_LABELED
+) -> RunTruth | None:
     """Return the truth in the source of a run: on the topic asked for, on the usual one, or in its clouds.
 
     Parameters
@@ -82,6 +87,8 @@ def truth_of_run(run: Run, source: Path | None = None, truth_topic: str | None =
         Where the source is now. By default, the path it had for the run; None is returned if it is gone.
     truth_topic : str, optional
         The topic of true labels, which must exist.
+    reading : TruthReading
+        What the true labels mean.
 
     Raises
     ------
@@ -92,14 +99,14 @@ def truth_of_run(run: Run, source: Path | None = None, truth_topic: str | None =
         return None
     with open_bag(source or run.record.source) as reader:
         topic = _topic(reader, run.record.topic, truth_topic)
-        return RunTruth(run, RecordedTruth(reader, topic, run.params.point_limit)) if topic else None
+        return RunTruth(run, RecordedTruth(reader, topic, run.params.point_limit), reading) if topic else None
 
 
-def quality(frame: RunFrame, truth: LabelArray | None) -> Measures | None:
+def quality(frame: RunFrame, truth: LabelArray | None, reading: TruthReading = AS_LABELED) -> Measures | None:
     """Return the measures of a frame against its truth; None without truth for its points."""
     if truth is None or len(truth) != len(frame.labels):
         return None
-    return measure(truth, frame.labels, frame.valid, frame.cloud.height, frame.cloud.width)
+    return measure(truth, frame.labels, frame.valid, frame.cloud.height, frame.cloud.width, reading)
 
 
 def _topic(reader: BagReader, clouds: str, wanted: str | None) -> Topic | None:

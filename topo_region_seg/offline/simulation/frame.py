@@ -13,6 +13,7 @@ from topo_region_seg.offline.simulation.camera import Camera
 from topo_region_seg.offline.simulation.noise import DepthNoise
 from topo_region_seg.offline.simulation.raycast import render
 from topo_region_seg.offline.simulation.scene import Scene
+from topo_region_seg.offline.simulation.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class SimulatedFrame:
 KINECT = DepthNoise()
 
 
-def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: DepthNoise | None = KINECT) -> SimulatedFrame:
+def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: Sensor | None = KINECT) -> SimulatedFrame:
     """Return the frame that `camera` delivers of `scene`; the same arguments always give the same frame.
 
     Parameters
@@ -51,8 +52,8 @@ def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: DepthNoise | No
         Intrinsics and pose.
     seed : int
         Seed of the noise.
-    noise : DepthNoise or None
-        None gives exact points and colors.
+    noise : Sensor or None
+        What the sensor makes of the depth and the colors; None gives exact points and colors.
     """
     rng = np.random.default_rng(seed)
     seen = render(scene, camera)
@@ -64,8 +65,7 @@ def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: DepthNoise | No
     else:
         shape = (camera.height, camera.width)
         cosine = -np.einsum("ij,ij->i", rays, seen.normals) / np.linalg.norm(rays, axis=1)
-        lost = noise.lost(depth.reshape(shape), cosine.reshape(shape), camera.fx, rng).ravel()
-        depth = np.where(lost, np.nan, noise.measured(depth, rng))
+        depth = noise.observed(depth.reshape(shape), cosine.reshape(shape), camera.fx, rng).ravel()
         labels = np.where(np.isnan(depth), 0, labels).astype(np.uint32)
         rgb = noise.colored(seen.rgb, rng)
     xyz = (rays * depth[:, None]).astype(np.float32)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from topo_region_seg.data import BoolArray, FloatArray
+from topo_region_seg.offline.simulation.sensor import colors_with_noise
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,11 @@ class DepthNoise:
         sigma: FloatArray = np.square(depth) * disparity / (self.focal * self.baseline)
         return sigma
 
+    def observed(self, depth: FloatArray, cosine: FloatArray, focal: float, rng: np.random.Generator) -> FloatArray:
+        """Return the depth (H, W) that the camera delivers, NaN where it has none; see :meth:`lost`."""
+        lost = self.lost(depth, cosine, focal, rng)
+        return np.where(lost, np.nan, self.measured(depth, rng))
+
     def measured(self, depth: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Return `depth` (any shape, metres) as measured: noise and rounding in disparity."""
         scale = self.focal * self.baseline
@@ -91,17 +97,32 @@ class DepthNoise:
 
     def shadowed(self, depth: FloatArray, focal: float) -> BoolArray:
         """Return which pixels of `depth` (H, W) the projector, to the right of the camera, does not illuminate."""
-        height, width = depth.shape
-        valid = np.isfinite(depth)
-        disparity: FloatArray = focal * self.baseline / np.where(valid, depth, np.inf)
-        margin = int(np.ceil(np.max(disparity))) + 1
-        column = np.round(np.arange(width) - disparity).astype(np.int64) + margin
-        row = np.broadcast_to(np.arange(height)[:, None], depth.shape)
-        nearest = np.full((height, width + margin + 1), np.inf)
-        np.minimum.at(nearest, (row[valid], column[valid]), depth[valid])
-        shadowed: BoolArray = valid & (depth > nearest[row, column] * (1.0 + self.edge_jump))
-        return shadowed
+        return hidden_from_the_right(depth, focal * self.baseline, self.edge_jump)
 
     def colored(self, rgb: FloatArray, rng: np.random.Generator) -> npt.NDArray[np.uint8]:
         """Return `rgb` (N, 3) with noise, as 8-bit levels."""
-        return np.clip(np.round(rgb + rng.normal(0.0, self.color_sigma, rgb.shape)), 0, 255).astype(np.uint8)
+        return colors_with_noise(rgb, self.color_sigma, rng)
+
+
+def hidden_from_the_right(depth: FloatArray, scale: float, jump: float) -> BoolArray:
+    """Return which pixels a projector or a second camera to the right does not see.
+
+    Parameters
+    ----------
+    depth : (H, W) float64
+        True depth, metres; NaN without a surface.
+    scale : float
+        Focal length of the image times the distance of the two, pixels times metres.
+    jump : float
+        How much nearer a surface has to be to hide another, as a share of the depth.
+    """
+    height, width = depth.shape
+    valid = np.isfinite(depth)
+    disparity: FloatArray = scale / np.where(valid, depth, np.inf)
+    margin = int(np.ceil(np.max(disparity))) + 1
+    column = np.round(np.arange(width) - disparity).astype(np.int64) + margin
+    row = np.broadcast_to(np.arange(height)[:, None], depth.shape)
+    nearest = np.full((height, width + margin + 1), np.inf)
+    np.minimum.at(nearest, (row[valid], column[valid]), depth[valid])
+    hidden: BoolArray = valid & (depth > nearest[row, column] * (1.0 + jump))
+    return hidden

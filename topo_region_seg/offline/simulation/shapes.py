@@ -70,7 +70,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """An upright cylinder (axis z), metres; face 0 is the mantle, 1 the bottom, 2 the top."""
+    """An upright cylinder (axis z), metres; face 0 is the side, 1 the bottom, 2 the top."""
 
     radius: float
     height: float
@@ -86,7 +86,7 @@ class Cylinder:
         return self.height / 2
 
     def enter(self, origin: FloatArray, directions: FloatArray) -> Entry:
-        """Return where rays enter the cylinder: its mantle or one of its caps."""
+        """Return where rays enter the cylinder: its side or one of its caps."""
         flat = directions[:, :2]
         mantle = _nearest_root(
             np.einsum("ij,ij->i", flat, flat), flat @ origin[:2], float(origin[:2] @ origin[:2]) - self.radius**2

@@ -13,7 +13,7 @@ from topo_region_seg.offline.simulation.scene import Body, Color, Paint, Scene
 from topo_region_seg.offline.simulation.shapes import Box, Cylinder, Shape, Sphere
 
 TABLE_SIZE = (0.9, 1.3, 0.04)
-_COLORS: tuple[Color, ...] = (
+COLORS: tuple[Color, ...] = (
     (196, 60, 52),
     (52, 110, 190),
     (240, 196, 70),
@@ -36,7 +36,7 @@ def tabletop(seed: int, objects: int = 8) -> Scene:
     every fourth object has a printed band. Objects without a free place are left out.
     """
     rng = np.random.default_rng(seed)
-    colors = [_COLORS[i] for i in rng.permutation(len(_COLORS))]
+    colors = [COLORS[i] for i in rng.permutation(len(COLORS))]
     placed: list[Body] = []
     footprints: list[tuple[float, float, float]] = []
     while len(placed) < objects:
@@ -53,10 +53,10 @@ def tabletop(seed: int, objects: int = 8) -> Scene:
             a, b, c = shape.size
             upper = Box((a * rng.uniform(0.5, 0.8), b * rng.uniform(0.5, 0.8), rng.uniform(0.04, 0.09)))
             placed.append(_stand(rng, upper, x, y, bottom + c, _paint(rng, colors, len(placed)), lower.yaw))
-    return Scene(_room(), tuple(placed))
+    return Scene(room_of_table(), tuple(placed))
 
 
-def _room() -> tuple[Body, ...]:
+def room_of_table() -> tuple[Body, ...]:
     """Return table top, floor, wall and table leg, which get the truth labels 1 to 4."""
     top = Body(Box(TABLE_SIZE), Paint((176, 152, 120)), (0.0, 0.0, TABLE_CENTER[2] - TABLE_SIZE[2] / 2))
     floor = Body(Box((6.0, 6.0, 0.1)), Paint((108, 110, 114)), (0.0, 0.0, -0.05))

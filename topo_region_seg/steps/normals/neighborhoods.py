@@ -8,6 +8,7 @@ import numpy as np
 
 from topo_region_seg.compiled.dialect import index, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
 from topo_region_seg.compiled.nearest import nearest_outside
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
@@ -78,50 +79,14 @@ def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[
     for i in range(LEAF):
         x, y, z = blocks[leaf, 0, i], blocks[leaf, 1, i], blocks[leaf, 2, i]
         within = reach[i]
-        count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
-        sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        found = NO_MOMENTS
         for j in range(n):
             dx = candidates[0, index(j)] - x
             dy = candidates[1, index(j)] - y
             dz = candidates[2, index(j)] - z
-            near = dx * dx + dy * dy + dz * dz <= within
-            dx, dy, dz = dx if near else 0.0, dy if near else 0.0, dz if near else 0.0
-            count += 1.0 if near else 0.0
-            sx += dx
-            sy += dy
-            sz += dz
-            sxx += dx * dx
-            sxy += dx * dy
-            sxz += dx * dz
-            syy += dy * dy
-            syz += dy * dz
-            szz += dz * dz
-        m = moments[i]
-        m[0] += count
-        m[1] += sx
-        m[2] += sy
-        m[3] += sz
-        m[4] += sxx
-        m[5] += sxy
-        m[6] += sxz
-        m[7] += syy
-        m[8] += syz
-        m[9] += szz
-
-
-@kernel
-def add_offset(m, dx, dy, dz):  # type: ignore[no-untyped-def]
-    """Add one offset to the ten moments `m`."""
-    m[0] += 1.0
-    m[1] += dx
-    m[2] += dy
-    m[3] += dz
-    m[4] += dx * dx
-    m[5] += dx * dy
-    m[6] += dx * dz
-    m[7] += dy * dy
-    m[8] += dy * dz
-    m[9] += dz * dz
+            found = with_point(found, dx * dx + dy * dy + dz * dz <= within, dx, dy, dz)
+        for k in range(10):
+            moments[i, k] += found[k]
 
 
 @kernel
@@ -132,15 +97,14 @@ def nearest_normals(
 
     Points with fewer than three of them keep what they have.
     """
-    m = np.empty(10)
     near_d2, near = np.empty(k), np.empty(k, np.int64)
     one_region, no_node = np.zeros(len(xyz), np.int64), np.full(len(tree.start), -1)
     for point in points:
         x, y, z = xyz[point]
-        m[:] = 0.0
+        m = NO_MOMENTS
         found = nearest_outside(tree, xyz, one_region, one_region, no_node, point, -1, near_d2, near)
         for n in range(found):
-            if near_d2[n] <= reach[point] * reach[point]:
-                add_offset(m, xyz[near[n], 0] - x, xyz[near[n], 1] - y, xyz[near[n], 2] - z)
+            counts = near_d2[n] <= reach[point] * reach[point]
+            m = with_point(m, counts, xyz[near[n], 0] - x, xyz[near[n], 1] - y, xyz[near[n], 2] - z)
         if m[0] >= 3.0:
             fit_normal(m, x, y, z, normals[point])

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from topo_region_seg.compiled.dialect import kernel, summing
+from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
 from topo_region_seg.data import FloatArray, IntArray
 
 FIRST = 128
@@ -17,9 +18,9 @@ FIRST = 128
 
 @kernel
 def best_hypothesis(
-    xyz: FloatArray, triples: IntArray, distance: float, fewest: float, miss: float
+    xyz: FloatArray, triples: IntArray, distance: FloatArray, fewest: float, miss: float
 ) -> tuple[FloatArray, float, int]:
-    """Return normal (3,), offset (m) and inliers of the plane through a triple with most points within `distance` (m).
+    """Return normal (3,), offset (m) and inliers of the plane through a triple with most points within `distance`, (N,), m.
 
     Triples are drawn until a plane with more points, or with the `fewest` (N) that count, is missed with at most the
     probability `miss`. The points (N, 3) are in no particular order, so that the first of them stand for all.
@@ -44,11 +45,11 @@ def best_hypothesis(
         offset = -(u * p[0] + v * p[1] + w * p[2])
         inliers = 0
         for i in range(first):
-            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance[i]
         if 2 * inliers * n < max(float(best), fewest) * first:
             continue
         for i in range(first, n):
-            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance[i]
         if inliers > best:
             best, best_offset = inliers, offset
             best_normal[0], best_normal[1], best_normal[2] = u, v, w
@@ -63,77 +64,11 @@ def draws_needed(share: float, miss: float) -> int:
 
 
 @summing
-def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> FloatArray:
-    """Return count, sums and sums of products (10,) of the points within `distance` (m) of a plane."""
-    count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
-    sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: FloatArray) -> FloatArray:
+    """Return count, sums and sums of products (10,) of the points within `distance`, (N,), m, of a plane."""
+    moments = NO_MOMENTS
     u, v, w = normal[0], normal[1], normal[2]
     for i in range(len(xyz)):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        near = abs(u * x + v * y + w * z + offset) <= distance
-        x, y, z = x if near else 0.0, y if near else 0.0, z if near else 0.0
-        count += 1.0 if near else 0.0
-        sx += x
-        sy += y
-        sz += z
-        sxx += x * x
-        sxy += x * y
-        sxz += x * z
-        syy += y * y
-        syz += y * z
-        szz += z * z
-    return np.array([count, sx, sy, sz, sxx, sxy, sxz, syy, syz, szz])
-
-
-@kernel
-def best_plane(
-    xyz: FloatArray, near: FloatArray, triples: IntArray, fewest: float, miss: float
-) -> tuple[FloatArray, float, int]:
-    best, best_offset = 0, 0.0
-    best_normal = np.zeros(3)
-    n = len(xyz)
-    first = min(FIRST, n)
-    x, y, z = xyz[:, 0].copy(), xyz[:, 1].copy(), xyz[:, 2].copy()
-    for t in range(len(triples)):
-        p, q, r = xyz[triples[t, 0]], xyz[triples[t, 1]], xyz[triples[t, 2]]
-        ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-        u, v, w = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        length = math.sqrt(u * u + v * v + w * w)
-        if not length > 1e-6:
-            continue
-        u, v, w = u / length, v / length, w / length
-        offset = -(u * p[0] + v * p[1] + w * p[2])
-        inliers = 0
-        for i in range(first):
-            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= near[i]
-        if 2 * inliers * n < best * first:
-            continue
-        for i in range(first, n):
-            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= near[i]
-        if inliers > best:
-            best, best_offset = inliers, offset
-            best_normal[0], best_normal[1], best_normal[2] = u, v, w
-    return best_normal, best_offset, best
-
-
-@summing
-def weighted_moments(xyz: FloatArray, near: FloatArray, normal: FloatArray, offset: float) -> FloatArray:
-    count, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
-    sxx, sxy, sxz, syy, syz, szz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    u, v, w = normal[0], normal[1], normal[2]
-    for i in range(len(xyz)):
-        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        on = abs(u * x + v * y + w * z + offset) <= near[i]
-        m = 1e-6 / (near[i] * near[i]) if on else 0.0
-        count += m
-        sx += m * x
-        sy += m * y
-        sz += m * z
-        sxx += m * x * x
-        sxy += m * x * y
-        sxz += m * x * z
-        syy += m * y * y
-        syz += m * y * z
-        szz += m * z * z
-    return np.array([count, sx, sy, sz, sxx, sxy, sxz, syy, syz, szz])
+        moments = with_point(moments, abs(u * x + v * y + w * z + offset) <= distance[i], x, y, z)
+    return np.array(moments)

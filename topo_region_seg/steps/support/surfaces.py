@@ -1,128 +1,127 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Finite planes of an image grid: their points are joined in the image, and each has an outline."""
+"""Finite planes of an image grid: their points are joined in the image, and each has a footprint and an outline."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from topo_region_seg.data import BoolArray, FloatArray
-from topo_region_seg.steps.support.hypotheses import best_plane, weighted_moments
-from topo_region_seg.steps.support.search import _least_squares
-from topo_region_seg.steps.view.grid import ImageGrid
+from topo_region_seg.steps.support.hypotheses import best_hypothesis
+from topo_region_seg.steps.support.search import MISS, fitted
+from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.model import SensorModel
-from topo_region_seg.steps.view.outlines import relations
+from topo_region_seg.steps.view.outlines import OWN, relations
+from topo_region_seg.steps.view.scene import Surface
 
 PIXELS = 20_000
-"""About how many pixels planes are looked for in."""
+"""About how many pixels surfaces are looked for in."""
 SAMPLE = 2_000
-TRIES = 300
+"""Pixels that a plane is tried on."""
+HYPOTHESES = 300
+"""Triples that are drawn for a plane: one of a tenth of the points is missed in three of four cases, but then it is
+looked for again among what the others leave."""
 PLANES = 6
-"""Planes that are looked for."""
-LEAST_SHARE = 0.03
-LEAST_TOLERANCE = 0.004
-TOLERANCE = 2.5
-REFINEMENTS = 5
+"""Planes that are looked for, the largest first."""
+SMALLEST_SHARE = 0.03
+"""Share of the points that a surface needs."""
+LEAST_TOLERANCE, TOLERANCE = 0.004, 2.5
+"""Distance of a point of a surface from its plane: in metres at the least, and times the noise of the depth."""
+GAPS = 2
+"""Half the width, pixels of the coarse image, of gaps across which points are joined."""
 HIGH = 0.5
+"""Height above a surface, metres, up to which points are in front of it."""
+SEEN_THROUGH = 3.0
+"""Tolerances behind a surface from which on it is seen through."""
 BOX = np.ones((3, 3))
 
 
-@dataclass(frozen=True)
-class Surface:
-    """A finite plane ``normal · x + offset = 0``, its normal towards the sensor at the origin."""
-
-    normal: FloatArray
-    offset: float
-    share: float
-    front: float
-    through: float
-    side: float
-    own: BoolArray
-    step: int
-    center: FloatArray
-    axes: FloatArray
-    hull: FloatArray
-    outline: FloatArray  # occluded, touching, own, frame, void
-
-
 def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: int) -> list[Surface]:
+    """Return the surfaces of a frame whose shorter side is at least `min_extent`, metres, the largest planes first."""
     step = max(1, round(np.sqrt(grid.height * grid.width / PIXELS)))
-    depth = grid.depth.reshape(grid.height, grid.width)[::step, ::step]
+    depth = np.ascontiguousarray(grid.depth.reshape(grid.height, grid.width)[::step, ::step])
+    valid: BoolArray = np.isfinite(depth)
     xyz = grid.xyz.reshape(grid.height, grid.width, 3)[::step, ::step]
-    valid = np.isfinite(depth)
-    points = xyz[valid].astype(np.float64)
+    points = np.asfortranarray(xyz[valid].astype(np.float64))
     near = np.maximum(LEAST_TOLERANCE, TOLERANCE * model.noise_at(depth[valid]))
-    total, left = len(points), np.ones(len(points), np.bool_)
-    generator, found = np.random.default_rng(seed), []
+    fewest = max(3.0, SMALLEST_SHARE * len(points))
+    left, found = np.ones(len(points), np.bool_), []
+    generator = np.random.default_rng(seed)
     for _ in range(PLANES):
-        if np.count_nonzero(left) < 2.0 * LEAST_SHARE * total:
+        rest = np.flatnonzero(left)
+        if len(rest) < fewest:
             break
-        normal, offset = _largest(points[left], near[left], generator)
+        some = generator.choice(rest, min(len(rest), SAMPLE), replace=False)
+        triples = generator.integers(0, len(some), (HYPOTHESES, 3))
+        sample = np.ascontiguousarray(points[some])
+        normal, offset, inliers = best_hypothesis(sample, triples, near[some], 3.0, MISS)
+        if inliers < 3:
+            break
+        normal, offset = fitted(points[rest], normal, offset, near[rest])
         on = left & (np.abs(points @ normal + offset) < near)
-        if np.count_nonzero(on) < LEAST_SHARE * total:
+        if np.count_nonzero(on) < fewest:
             break
+        left &= ~on
         mask = np.zeros(valid.shape, np.bool_)
         mask[valid] = on
-        parts, _ = ndimage.label(ndimage.binary_closing(mask, BOX, iterations=2) & mask, BOX)
+        parts = ndimage.label(ndimage.binary_closing(mask, BOX, iterations=GAPS) & mask, BOX)[0]
         sizes = np.bincount(parts.ravel())
         sizes[0] = 0
-        for part in np.flatnonzero(sizes >= LEAST_SHARE * total):
-            own = (parts == part)[valid]
-            surface = _judged(points, near, own, step, valid, depth, model)
+        for part in np.flatnonzero(sizes >= fewest):
+            image: BoolArray = parts == part
+            surface = _described(points, near, image[valid])
             if surface is not None and surface.side >= min_extent:
-                found.append(surface)
-        left &= ~on
-    return found
+                label = np.where(image, 1, valid).astype(np.int32)
+                label[valid & ~image] = 2
+                found.append((surface, label))
+    return [_with_outline(surface, label, depth, model, step) for surface, label in found]
 
 
-def _largest(points, near, generator):
-    some = generator.choice(len(points), min(len(points), SAMPLE), replace=False)
-    triples = generator.integers(0, len(some), (TRIES, 3))
-    normal, offset, _ = best_plane(points[some], near[some], triples, 1.0, 1e-9)
-    for _ in range(REFINEMENTS):
-        moments = weighted_moments(points, near, normal, offset)
-        if moments[0] <= 0.0:
-            break
-        normal, offset = _least_squares(moments)
-    return (-normal, -offset) if offset < 0.0 else (normal, offset)
-
-
-def _judged(points, near, own, step, valid, depth, model):
+def _described(points: FloatArray, near: FloatArray, own: BoolArray) -> Surface | None:
     mine = points[own]
-    normal, offset = np.zeros(3), 0.0
-    normal, offset = _least_squares(weighted_moments(mine, near[own], normal, offset))
+    center = mine.mean(axis=0)
+    vectors = np.linalg.eigh(np.cov((mine - center).T))[1]
+    normal, axes = vectors[:, 0], vectors[:, 1:]
+    offset = -float(normal @ center)
     if offset < 0.0:
         normal, offset = -normal, -offset
-    center = mine.mean(axis=0)
-    axes = np.linalg.eigh(np.cov((mine - center).T))[1][:, 1:]
     flat = (mine - center) @ axes
     low, high = np.percentile(flat, [2.0, 98.0], axis=0)
     try:
         hull = ConvexHull(flat).equations
-    except QhullError:
+    except QhullError:  # all on a line
         return None
     along = points @ normal
     height = along + offset
-    ray = -offset / np.minimum(along, -1e-9)
-    behind = (height < -3.0 * near) & (ray > 0.0) & (ray < 1.0)
+    ray = -offset / np.minimum(along, -1e-9)  # where the line of sight meets the plane
+    behind = (height < -SEEN_THROUGH * near) & (ray > 0.0) & (ray < 1.0)
     before = (height > near) & (height < HIGH)
 
-    def inside(flat):
-        return np.count_nonzero((flat @ hull[:, :2].T + hull[:, 2] <= 0.0).all(axis=1))
+    def inside(places: FloatArray) -> float:
+        within = ((places - center) @ axes @ hull[:, :2].T + hull[:, 2] <= 0.0).all(axis=1)
+        return float(np.count_nonzero(within)) / len(points)
 
-    through = inside((points[behind] * ray[behind, None] - center) @ axes)
-    front = inside((points[before] - center) @ axes)
-    n = len(points)
-    image = np.zeros(valid.shape, np.bool_)
-    image[valid] = own
-    label = np.where(image, 1, np.where(valid, 2, 0)).astype(np.int32).ravel()
-    seen = relations(label, np.ascontiguousarray(depth).ravel(), *valid.shape, 3, model.noise, model.pixel * step)
-    mine_of = seen.count[(seen.first == 1) & (seen.second == 2)].sum(axis=0) if len(seen.first) else np.zeros(3)
-    outline = np.append(mine_of, [seen.frame[1], seen.void[1]]) / max(mine_of.sum() + seen.frame[1] + seen.void[1], 1.0)
     return Surface(
-        normal, offset, len(mine) / n, front / n, through / n, float((high - low).min()), image, step, center, axes, hull, outline
+        normal=normal,
+        offset=offset,
+        share=len(mine) / len(points),
+        front=inside(points[before]),
+        through=inside(points[behind] * ray[behind, None]),
+        side=float((high - low).min()),
+        own=0.0,
+        center=center,
+        axes=axes,
+        hull=hull,
     )
+
+
+def _with_outline(surface: Surface, label: np.ndarray, depth: Single, model: SensorModel, step: int) -> Surface:
+    """Return the surface with what is known of its outline; its pixels have label 1, the others with a depth 2."""
+    found = relations(label.ravel(), depth.ravel(), *depth.shape, 3, model.noise, model.pixel * step)
+    count = found.count[found.first == 1].sum(axis=0)
+    total = max(float(count.sum()) + found.frame[1] + found.void[1], 1.0)
+    return replace(surface, own=float(count[OWN]) / total)

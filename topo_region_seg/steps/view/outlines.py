@@ -7,50 +7,80 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.steps.view.grid import Single
+from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.table import DepthTable, at_depth
 
 OCCLUDED, TOUCHING, OWN = 0, 1, 2
+"""What an outline pixel may do to what lies beyond it: it is hidden by it, touches it, or hides it."""
 AT_EDGE = 4
+"""Pixels from the image's edge up to which an outline is cut by it: cameras have no depth along their edges."""
+STEP, STEPS = 0.008, 4.0
+"""Least depth step, metres and times the noise, that parts what is before from what is behind."""
+SLOPE = 3.0
+"""Slope of a surface, depth over width, up to which a step across a gap may be one surface."""
 
 
 class Relations(NamedTuple):
+    """What lies beyond the outlines of labels.
+
+    `count` (B, 3) is how many outline pixels of label `first` (B,) are hidden by label `second` (B,), touch it, or hide
+    it; the pairs are in order. `frame` and `void` (L,) are how many pixels of each label the image's edge cuts, and
+    beyond how many there is no depth up to that edge.
+    """
+
     first: IntArray
     second: IntArray
-    count: FloatArray  # (B, 3) outline pixels of `first` that are occluded by, touch, or hide `second`
-    frame: FloatArray  # (L,) outline pixels that the image's edge cuts
-    void: FloatArray  # (L,) outline pixels beyond which there is no depth up to the image's edge
+    count: FloatArray
+    frame: FloatArray
+    void: FloatArray
+
+    def totals(self, n_labels: int) -> FloatArray:
+        """Return the outline pixels of the labels, (`n_labels`,), at least 1."""
+        among = np.bincount(self.first, self.count.sum(axis=1), len(self.frame))
+        totals: FloatArray = np.maximum(among + self.frame + self.void, 1.0)[:n_labels]
+        return totals
 
 
-def relations(label, depth, height, width, n_labels, noise, pixel) -> Relations:
+def relations(
+    label: Labels, depth: Single, height: int, width: int, n_labels: int, noise: DepthTable, pixel: float
+) -> Relations:
+    """Return what lies beyond the outlines of labels, along the rows and columns of the image.
+
+    Parameters
+    ----------
+    label : (P,) int32
+        Labels of the pixels, below `n_labels`; 0 is looked across.
+    depth : (P,) float32
+        Their depths, metres.
+    height, width : int
+        Size of the image.
+    n_labels : int
+        Number of labels, 0 included.
+    noise : DepthTable
+        Standard deviation of the depth, metres.
+    pixel : float
+        Angle between pixels, radians.
+    """
     key, frame, void = transitions(label, depth, height, width, n_labels, noise, pixel)
-    counts = np.bincount(key, minlength=0) if len(key) and n_labels < 600 else None
-    if counts is not None:
-        codes = np.flatnonzero(counts)
-        number = counts[codes]
-    else:
-        codes, number = np.unique(key, return_counts=True)
-    pair, kind = codes // 3, codes % 3
-    pairs, place = np.unique(pair, return_inverse=True)
+    key, number = np.unique(key, return_counts=True)
+    pairs, place = np.unique(key // 3, return_inverse=True)
     count = np.zeros((len(pairs), 3))
-    count[place, kind] = number
+    count[place, key % 3] = number
     return Relations(pairs // n_labels, pairs % n_labels, count, frame, void)
 
 
 @kernel
 def transitions(
-    label: Labels,
-    depth: npt.NDArray[np.float32],
-    height: int,
-    width: int,
-    n_labels: int,
-    noise: DepthTable,
-    pixel: float,
+    label: Labels, depth: Single, height: int, width: int, n_labels: int, noise: DepthTable, pixel: float
 ) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return a number for each pair of pixels at which one label follows another, both ways, and `frame` and `void`.
+
+    The number is that of the two labels and of what the first does to the second, ``(first * L + second) * 3 + kind``.
+    """
     room = 4096
     key = np.empty(room, np.int64)
     count = 0
@@ -77,7 +107,7 @@ def transitions(
                     if a != b:
                         z = np.float64(depth[p])
                         further = np.float64(depth[q]) - z
-                        far = max(0.008, 4.0 * at_depth(noise, z)) + 3.0 * (x - last) * pixel * z
+                        far = max(STEP, STEPS * at_depth(noise, z)) + SLOPE * (x - last) * pixel * z
                         kind = OWN if further > far else (OCCLUDED if further < -far else TOUCHING)
                         if count + 2 > room:
                             longer = np.empty(2 * room, np.int64)

@@ -1,5 +1,5 @@
 "use strict";
-// Charts of one column a frame, drawn anew at the width that there is.
+// Charts of one column a frame, redrawn at the width of the page.
 const HEIGHT = 190, TOP = 12, BOTTOM = 24, LEFT = 40;
 
 function niceStep(largest) {
