@@ -225,8 +225,8 @@ class Params(ParameterTable):
     )
     min_confidence: float = parameter(
         0.5,
-        "objects: how sure it must be that a segment is a thing and not a wall, the rim of a bin or the robot: the share "
-        "of its outline that speaks for it; organized clouds only",
+        "objects: how sure it must be that a segment is a thing, and no wall, rim of a bin or robot: the share of its "
+        "outline that speaks for it; organized clouds only",
         low=0.0,
         high=1.0,
         when=(OBJECTS,),

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
@@ -105,11 +106,15 @@ class Pipeline:
                 given = distance, params.floor_min_extent, params.floor_seed
                 support = find_support(xyz, *given, sensor_known=known is not None)
             plane = support.plane
-            if plane is not None or scene is not None:
-                kept = free_points(scene, rows) if scene is not None or plane is None else above(xyz, plane, distance)
-                rows, xyz = rows[kept], gather(xyz, kept)
-            else:
+            kept = None
+            if scene is not None:
+                kept = free_points(scene, rows)
+            elif plane is not None:
+                kept = above(xyz, plane, distance)
+            if kept is None:
                 xyz = np.ascontiguousarray(xyz)
+            else:
+                rows, xyz = rows[kept], gather(xyz, kept)
             if plane is not None:
                 plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             notices += doubtful_support(support, known is not None, len(rows))
@@ -195,6 +200,8 @@ def warm_up() -> None:
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
     Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
+    frame = _made_frame()
+    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]))
     auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
     Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], 2 * len(side), len(side)))
     data = np.zeros(20, np.uint8)
@@ -208,6 +215,19 @@ def warm_up() -> None:
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(heap, np.zeros_like(heap), np.ones_like(heap), growth)
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
+
+
+def _made_frame() -> npt.NDArray[np.float32]:
+    """Return an image grid (60, 80, 3) of a table, a box and a cup on it, and a wall, seen from above."""
+    y, x = np.mgrid[-0.3:0.3:60j, -0.4:0.4:80j]
+    depth = np.full(x.shape, 1.0)
+    depth[:, :8] = 0.8 + 0.5 * (x[:, :8] + 0.4)
+    depth[20:40, 30:50] = 0.9
+    cup = np.hypot(x - 0.25, y) < 0.08
+    depth[cup] = 0.85 + 5.0 * (x[cup] - 0.25) ** 2
+    depth += np.random.default_rng(0).normal(scale=1e-3, size=depth.shape)
+    depth[:2, :2] = np.nan
+    return np.stack([x * depth, y * depth, depth], axis=2).astype(np.float32)
 
 
 def _seen_otherwise(cloud: Cloud, params: Params, known: FloatArray | None) -> tuple[FloatArray, IntArray, Notice]:

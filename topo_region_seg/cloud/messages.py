@@ -76,7 +76,7 @@ def region_count(types: MessageTypes, seg: Segmentation) -> Any:
 
 
 def regions(types: MessageTypes, header: Any, seg: Segmentation) -> Any:
-    """Return one row per region: centroid, label, size, box, mean CIELAB color, mean normal, persistence and confidence."""
+    """Return one row per region: place, label, size, box, mean CIELAB color, mean normal, persistence, confidence."""
     table = seg.regions
     columns: dict[str, npt.NDArray[Any]] = _named(("x", "y", "z"), table.centroid)
     columns["label"] = table.label

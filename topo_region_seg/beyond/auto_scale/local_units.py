@@ -15,6 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from topo_region_seg.compiled.sampling import sample_rows
+from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.growth import REFERENCE_SPACING, Growth
 from topo_region_seg.steps.view.camera import (
     NEAREST,
     STRAY,
@@ -24,9 +27,6 @@ from topo_region_seg.steps.view.camera import (
     seen_from,
     strays_of,
 )
-from topo_region_seg.compiled.sampling import sample_rows
-from topo_region_seg.data import FloatArray, IntArray
-from topo_region_seg.growth import REFERENCE_SPACING, Growth
 
 SAMPLE = 2_000
 """About how many points show where the camera looks and, where there is no image grid, the spacing and the noise."""

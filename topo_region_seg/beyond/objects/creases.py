@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from topo_region_seg.steps.view.lengths import Lengths, scale_at
 from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.data import BoolArray, IntArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single
+from topo_region_seg.steps.view.lengths import Lengths, scale_at
 
 
 @kernel

@@ -69,7 +69,7 @@ def confidences(scene: Scene, label: Labels, found: Relations, n: int) -> FloatA
     beside = found.second < n
 
     def share(kind: int, chosen: BoolArray) -> FloatArray:
-        counted = np.bincount(found.first[chosen], found.count[chosen, kind], n + 3)[:n]
+        counted = np.bincount(found.first[chosen], found.pixels[chosen, kind], n + 3)[:n]
         shares: FloatArray = counted / total
         return shares
 
@@ -91,11 +91,22 @@ def confidences(scene: Scene, label: Labels, found: Relations, n: int) -> FloatA
 def places_of(
     label: Labels, xyz: Single, depth: Single, n: int, support: Surface, margin: DepthTable
 ) -> tuple[IntArray, FloatArray]:
-    """Return how many pixels of each label are above the support's footprint, (n,), and how high it is, margins, (n,)."""
+    """Return how many pixels of each label are above the support's footprint, and its height, margins, (n,) each."""
     rows = np.flatnonzero(label)
     near = NEAR_SUPPORT * support.side
     above, height = feet(
-        rows, label, xyz, depth, n, support.normal, support.offset, margin, support.center, support.axes, support.hull, near
+        rows,
+        label,
+        xyz,
+        depth,
+        n,
+        support.normal,
+        support.offset,
+        margin,
+        support.center,
+        support.axes,
+        support.hull,
+        near,
     )
     order = np.lexsort((height, label[rows]))
     sizes = np.bincount(label[rows], minlength=n)

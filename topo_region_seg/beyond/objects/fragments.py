@@ -49,5 +49,5 @@ def _counts(found: Relations, first: IntArray, second: IntArray) -> FloatArray:
     if len(known) == 0:
         return np.zeros((len(wanted), 3))
     place = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
-    counts: FloatArray = np.where((known[place] == wanted)[:, None], found.count[place], 0.0)
+    counts: FloatArray = np.where((known[place] == wanted)[:, None], found.pixels[place], 0.0)
     return counts

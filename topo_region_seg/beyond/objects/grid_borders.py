@@ -9,10 +9,10 @@ import math
 import numpy as np
 
 from topo_region_seg.beyond.objects.convexity import FREE, Borders, longer, place_of
+from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.lengths import Lengths, scale_at
-from topo_region_seg.compiled.dialect import index, kernel
-from topo_region_seg.steps.view.grid import ImageGrid, Single
 
 TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
 PARTS = (0.15, 0.3, 0.5, 0.8)

@@ -10,7 +10,6 @@ from scipy import ndimage
 from topo_region_seg.beyond.objects.figure import confidences, relations_in
 from topo_region_seg.beyond.objects.fragments import borders_of_fragments
 from topo_region_seg.beyond.objects.grid_borders import grid_borders
-from topo_region_seg.steps.view.lengths import Lengths, middle_of, pixels_of
 from topo_region_seg.beyond.objects.spreading import spread_labels
 from topo_region_seg.beyond.objects.uniting import unite_convex
 from topo_region_seg.beyond.objects.vessels import insides, openings
@@ -18,6 +17,7 @@ from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.view.grid import Single
 from topo_region_seg.steps.view.label_image import Labels, half_widths, kept_labels, united_labels
+from topo_region_seg.steps.view.lengths import Lengths, middle_of, pixels_of
 from topo_region_seg.steps.view.scene import FREE, Scene
 
 NARROWEST = 1.5
@@ -71,7 +71,7 @@ def objects_of_scene(
     middle = middle_of(scene)
     narrow = max(NARROWEST, pixels_of(params.object_normal_radius, lengths, model, middle))
     label = kept_labels(label, np.bincount(label) >= params.min_region_size)
-    label = kept_labels(label, half_widths(label, grid.height, grid.width, int(label.max()) + 1) >= narrow)
+    label = kept_labels(label, half_widths(label, grid.height, grid.width, int(np.max(label)) + 1) >= narrow)
     label = _united(scene, normals, label, lengths, params, fragments=False)
     rings = int(SPREAD * pixels_of(params.object_border_radius, lengths, model, middle))
     label = _spread(scene, normals, label, max(rings, RINGS[-1]))
@@ -82,14 +82,14 @@ def objects_of_scene(
         if wide:
             own &= half_widths(rest, grid.height, grid.width, len(own)) >= narrow
         rest = kept_labels(rest, own)
-        label = _spread(scene, normals, np.where(rest > 0, rest + label.max(), label).astype(np.int32), rings)
+        label = _spread(scene, normals, np.where(rest > 0, rest + np.max(label), label).astype(np.int32), rings)
     label = kept_labels(label, np.bincount(label) >= fewest)
     label = _united(scene, normals, label, lengths, params, fragments=True)
-    n = int(label.max()) + 1
+    n = int(np.max(label)) + 1
     if params.object_vessels and n > 2:
         group = insides(relations_in(scene, label, n), openings(label, grid.xyz, normals, n))
         label = united_labels(label, group)
-        n = int(label.max()) + 1
+        n = int(np.max(label)) + 1
     confidence = confidences(scene, label, relations_in(scene, label, n), n)
     sure = confidence >= params.min_confidence
     sure[0] = False
@@ -100,7 +100,7 @@ def _united(
     scene: Scene, normals: Single, label: Labels, lengths: Lengths, params: Params, *, fragments: bool
 ) -> Labels:
     """Return labels of which those are one whose borders are convex: all, or fragments and what they belong to."""
-    n = int(label.max()) + 1
+    n = int(np.max(label)) + 1
     if n <= 2:
         return label
     borders = grid_borders(scene.grid, normals, label, lengths, params.object_border_radius, scene.model.pixel)

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import BoolArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single
+from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.table import DepthTable, at_depth
 
 

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.steps.view.label_image import Labels
-from topo_region_seg.steps.view.outlines import OCCLUDED, OWN, TOUCHING, Relations
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.view.grid import Single
+from topo_region_seg.steps.view.label_image import Labels
+from topo_region_seg.steps.view.outlines import OCCLUDED, OWN, TOUCHING, Relations
 
 PAIRS, FEWEST = 400, 20
 """Pairs of points whose normals are compared, of labels with at least so many points."""
@@ -23,8 +23,10 @@ and hidden by it, or touching it, at the least."""
 
 @kernel
 def openings(label: Labels, xyz: Single, normals: Single, n_labels: int) -> FloatArray:
-    """Return for each label (L,) by how much normals open over pairs of its points, on the mean: above 0 it is convex,
-    below concave."""
+    """Return by how much the normals of each label (L,) open over pairs of its points, on the mean.
+
+    Above 0 it is convex, below concave.
+    """
     size = np.zeros(n_labels, np.int64)
     for p in range(len(label)):
         if label[p] > 0 and not np.isnan(normals[p, 0]):
@@ -64,23 +66,23 @@ def openings(label: Labels, xyz: Single, normals: Single, n_labels: int) -> Floa
 def insides(found: Relations, opening: FloatArray) -> IntArray:
     """Return for each label (L,) that of which it is the inside; itself if it is none.
 
-    An inside is concave, stands on nothing, and has a rim of its own, behind which it is hidden by, or touches, a convex
-    part that it does not hide itself.
+    An inside is concave, stands on nothing, and has a rim of its own, behind which it is hidden by, or touches, a
+    convex part that it does not hide itself.
     """
     n = len(opening)
     total = found.totals(n)
-    among = np.maximum(np.bincount(found.first, found.count.sum(axis=1), len(found.frame))[:n], 1.0)
-    own = np.bincount(found.first, found.count[:, OWN], len(found.frame))[:n] / total
+    among = np.maximum(np.bincount(found.first, found.pixels.sum(axis=1), len(found.frame))[:n], 1.0)
+    own = np.bincount(found.first, found.pixels[:, OWN], len(found.frame))[:n] / total
     ground = found.second >= n
-    stands = np.bincount(found.first[ground], found.count[ground, TOUCHING], len(found.frame))[:n] / total
+    stands = np.bincount(found.first[ground], found.pixels[ground, TOUCHING], len(found.frame))[:n] / total
     group = np.arange(n)
     for k in np.argsort(opening, kind="stable"):
         if k == 0 or opening[k] > -CURVED or stands[k] > STANDING or own[k] < RIM:
             continue
         mine = (found.first == k) & (found.second < n)
-        other, count = found.second[mine], found.count[mine] / among[k]
+        other, count = found.second[mine], found.pixels[mine] / among[k]
         outside = (opening[other] >= CURVED) & (count[:, OWN] <= HIDDEN)
         fit = np.where(outside, count[:, OCCLUDED] + count[:, TOUCHING], 0.0)
-        if len(fit) and fit.max() > BEFORE:
-            group[group == k] = group[other[fit.argmax()]]
+        if len(fit) and np.max(fit) > BEFORE:
+            group[group == k] = group[other[int(np.argmax(fit))]]
     return group

@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What each pixel belongs to: the support, what lies behind it, other surfaces, or things, at the noise of its depth."""
+"""What each pixel belongs to, at the noise of its depth: the support, what is behind it, other surfaces, or things."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -86,7 +88,7 @@ def margins(grid: ImageGrid, model: SensorModel, surface: Surface, least: float,
             height, depth = height[near], depth[near]
             order = np.argsort(depth)
             bounds = np.linspace(0, len(order), BINS + 1).astype(int)
-            parts = [order[a:b] for a, b in zip(bounds, bounds[1:], strict=False)]
+            parts = [order[a:b] for a, b in pairwise(bounds)]
             at = [(depth[part[0]] + depth[part[-1]]) / 2.0 for part in parts]
             scatter = [np.median(height[part]) / 0.6745 for part in parts]
             wide = np.maximum(margin, SCATTER * np.interp(depths, at, scatter))

@@ -121,7 +121,7 @@ def _described(points: FloatArray, near: FloatArray, own: BoolArray) -> Surface 
 
 def _with_outline(surface: Surface, label: np.ndarray, depth: Single, model: SensorModel, step: int) -> Surface:
     """Return the surface with what is known of its outline; its pixels have label 1, the others with a depth 2."""
-    found = relations(label.ravel(), depth.ravel(), *depth.shape, 3, model.noise, model.pixel * step)
-    count = found.count[found.first == 1].sum(axis=0)
+    found = relations(label.ravel(), depth.ravel(), depth.shape[0], depth.shape[1], 3, model.noise, model.pixel * step)
+    count = found.pixels[found.first == 1].sum(axis=0)
     total = max(float(count.sum()) + found.frame[1] + found.void[1], 1.0)
     return replace(surface, own=float(count[OWN]) / total)

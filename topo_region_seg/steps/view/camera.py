@@ -14,7 +14,6 @@ import numpy as np
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 
-
 WIDEST = 60.0
 """Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
 NEAREST = 0.05

@@ -9,6 +9,7 @@ three inverse depths in a row, a bend, is noise on most of an image, so the medi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -74,8 +75,8 @@ def sensor_model(grid: ImageGrid) -> SensorModel | None:
     bends, depths = bends[order], depths[order]
     bounds = np.linspace(0, len(bends), BINS + 1).astype(int)
     # The middle of a bin, and not its median: what most points lie at must not stand for the whole bin.
-    at = np.array([(depths[a] + depths[b - 1]) / 2.0 for a, b in zip(bounds, bounds[1:], strict=False)])
-    bend = np.array([np.median(bends[a:b]) for a, b in zip(bounds, bounds[1:], strict=False)])
+    at = np.array([(depths[a] + depths[b - 1]) / 2.0 for a, b in pairwise(bounds)])
+    bend = np.array([np.median(bends[a:b]) for a, b in pairwise(bounds)])
     noise = np.maximum(bend / SIXTH * at**2, LEAST)
     near, far = float(depths[0]), max(float(depths[-1]), float(depths[0]) + 1e-3)
     table = DepthTable(near, (KNOTS - 1) / (far - near), np.interp(np.linspace(near, far, KNOTS), at, noise))
@@ -86,8 +87,11 @@ def sensor_model(grid: ImageGrid) -> SensorModel | None:
 def grid_bends(
     xyz: Single, depth: Single, height: int, width: int, apart: int, step: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Return angles between pixels (A,), absolute bends of the inverse depth (B,), 1/m, their depths (B,), and the share
-    of pixels with a depth; looked at is every `step`-th pixel of every `step`-th row, right and down."""
+    """Return angles between pixels (A,), absolute bends of the inverse depth (B,), 1/m, and their depths (B,), metres.
+
+    In addition the share of pixels with a depth. Every `step`-th pixel of every `step`-th row is looked at, with those
+    right of it and below.
+    """
     room = (height // step + 1) * (width // step + 1)
     angles, bends, depths = np.empty(room), np.empty(2 * room), np.empty(2 * room)
     n_angles, n_bends, n_valid, seen = 0, 0, 0, 0

@@ -27,20 +27,20 @@ SLOPE = 3.0
 class Relations(NamedTuple):
     """What lies beyond the outlines of labels.
 
-    `count` (B, 3) is how many outline pixels of label `first` (B,) are hidden by label `second` (B,), touch it, or hide
+    `pixels` (B, 3) is how many outline pixels of label `first` (B,) are hidden by label `second` (B,), touch it, or hide
     it; the pairs are in order. `frame` and `void` (L,) are how many pixels of each label the image's edge cuts, and
     beyond how many there is no depth up to that edge.
     """
 
     first: IntArray
     second: IntArray
-    count: FloatArray
+    pixels: FloatArray
     frame: FloatArray
     void: FloatArray
 
     def totals(self, n_labels: int) -> FloatArray:
         """Return the outline pixels of the labels, (`n_labels`,), at least 1."""
-        among = np.bincount(self.first, self.count.sum(axis=1), len(self.frame))
+        among = np.bincount(self.first, self.pixels.sum(axis=1), len(self.frame))
         totals: FloatArray = np.maximum(among + self.frame + self.void, 1.0)[:n_labels]
         return totals
 
