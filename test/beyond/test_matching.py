@@ -29,7 +29,7 @@ def table_of(looks: list[Looks]) -> RegionTable:
         mean_lab=lab,
         mean_normal=np.full((n, 3), np.nan),
         persistence=np.zeros(n),
-        confidence=np.full(len(label) if "label" in dir() else n, np.nan),
+        confidence=np.full(n, np.nan),
     )
 
 

@@ -23,7 +23,8 @@ def best_hypothesis(
     """Return normal (3,), offset (m) and inliers of the plane through a triple with most points on it.
 
     Triples are drawn until a plane with more points, or with the `fewest` (N) that count, is missed with at most the
-    probability `miss`. On it are those within their `distance` (N,), m. The points (N, 3) are in no particular order, so that the first of them stand for all.
+    probability `miss`. On it are those within their `distance` (N,), m. The points (N, 3) are in no particular order,
+    so that the first of them stand for all.
     """
     n = len(xyz)
     first = min(FIRST, n)

@@ -27,8 +27,8 @@ SLOPE = 3.0
 class Relations(NamedTuple):
     """What lies beyond the outlines of labels.
 
-    `pixels` (B, 3) is how many outline pixels of label `first` (B,) are hidden by label `second` (B,), touch it, or hide
-    it; the pairs are in order. `frame` and `void` (L,) are how many pixels of each label the image's edge cuts, and
+    `pixels` (B, 3) is how many outline pixels of label `first` (B,) are hidden by label `second` (B,), touch it, or
+    hide it; the pairs are in order. `frame` and `void` (L,) are how many pixels of each label the image's edge cuts, and
     beyond how many there is no depth up to that edge.
     """
 
