@@ -28,8 +28,8 @@ class Relations(NamedTuple):
     """What lies beyond the outlines of labels.
 
     `pixels` (B, 3) is how many outline pixels of label `first` (B,) are hidden by label `second` (B,), touch it, or
-    hide it; the pairs are in order. `frame` and `void` (L,) are how many pixels of each label the image's edge cuts, and
-    beyond how many there is no depth up to that edge.
+    hide it; the pairs are in order. `frame` and `void` (L,) are how many pixels of each label the image's edge cuts,
+    and beyond how many there is no depth up to that edge.
     """
 
     first: IntArray
