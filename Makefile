@@ -22,7 +22,7 @@ export ROS_PYTHON_CHECK_FIELDS := 1
 export PYTHONUNBUFFERED := 1
 in_venv = env AMENT_PREFIX_PATH=$(1) PATH="$(1)/bin:$$PATH"
 
-.PHONY: help demo test test-ubuntu fuzz nightly mutants soak lint types format docs site linkcheck bench bench-quick beyond pictures clean
+.PHONY: help demo test test-ubuntu fuzz nightly mutants soak lint types format docs site linkcheck bench bench-quick beyond worst pictures clean
 
 help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -78,6 +78,9 @@ soak: .venv/ready-demo ## Ten minutes of trouble for one node; writes docs/soak.
 
 bench-quick: .venv/ready-bench ## The same in two minutes, to benchmarks/results/.
 	@$(STEP) "benchmarks, quick" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks --quick
+
+worst: .venv/ready-bench ## Measure frames that leave much to do; writes docs/worst_frames.md.
+	@$(STEP) "worst frames" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.worst_frames
 
 beyond: .venv/ready-bench ## Measure what goes beyond the paper; writes the tables of docs/.
 	@$(STEP) "objects, scale, tracks, supervoxels, steadiness" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.beyond --publish

@@ -106,9 +106,10 @@ def no_regions(seg: Segmentation) -> list[Notice]:
     if len(seg.regions) or not len(seg.barcode):
         return []
     sizes = np.bincount(seg.components.root, weights=seg.filtered.weight)
+    merges = seg.params.output == "regions" and seg.params.small_regions == "merge"
     text = (
         f"all {int(np.sum(sizes))} points lie in regions of fewer than min_region_size = {seg.params.min_region_size} "
-        f"points, the largest of {int(np.max(sizes))}"
+        f"points, the largest of {int(np.max(sizes))}{', and stay below it when merged' if merges else ''}"
     )
     normals = seg.features.normals
     lost = 0.0 if normals is None else float(np.isnan(normals[:, 0]).mean())

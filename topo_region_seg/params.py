@@ -162,7 +162,8 @@ class Params(ParameterTable):
     min_region_size: int = parameter(64, "regions with fewer points are small", unit="points", low=1, high=10_000_000)
     small_regions: str = parameter(
         "merge",
-        "small regions join their best neighbor, or lose their label",
+        "small regions join their best neighbor within three radii, and lose their label where they stay small; or all "
+        "of them lose it",
         choices=("merge", "remove"),
         when=(GROWN,),
     )

@@ -37,7 +37,7 @@ from topo_region_seg.steps.scales.filtered_cloud import (
     positions_of_input,
 )
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
-from topo_region_seg.steps.small_regions import settle_small_regions
+from topo_region_seg.steps.small_regions.settle import settle_small_regions
 
 STAGES = {"regions": "small_regions", "objects": "objects", "supervoxels": "supervoxels"}
 """The stage that makes the regions of each output, as `ms` names it."""

@@ -43,7 +43,7 @@ BY_TIME = (
 )
 BY_CLOCK = (Choice("steps.filtration.persistence.PAIRS_FOR_TWO", (500, 2_000, 4_000, 8_000, 1_000_000), FILTRATIONS),)
 BY_QUALITY = (
-    Choice("steps.small_regions.CANDIDATES", (1, 4, 8, 16, 32), ("regions",)),
+    Choice("steps.small_regions.settle.CANDIDATES", (1, 4, 8, 16, 32), ("regions",)),
     Choice("steps.support.search.SAMPLE", (500, 1_000, 2_000, 4_000), ("regions",)),
     Choice("steps.normals.estimate.WIDEN", (1.0, 2.0, 3.0, 5.0), ("regions",)),
     Choice("beyond.objects.unite.TOLERANCE", (0.0, 0.05, 0.1, 0.2), ("objects",)),

@@ -29,7 +29,7 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.regions import describe_regions, number_regions
-from topo_region_seg.steps.small_regions import settle_small_regions
+from topo_region_seg.steps.small_regions.settle import settle_small_regions
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin

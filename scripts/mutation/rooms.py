@@ -10,6 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 PACKAGE = "topo_region_seg"
+SHORTEST = 4
+"""Letters of a word that may begin a longer one of the same meaning."""
 NOT_TRIED = {"compiled/cache.py", "compiled/threads.py", "offline/cli/interrupt.py"}
 """What acts outside of the process that tries it: its tests run with caches and signals of their own."""
 
@@ -102,7 +104,8 @@ def tests_of(
 ) -> tuple[list[str], list[str]]:
     """Return the tests that a file of a room must satisfy: those that name it or its folder, and the others.
 
-    A test file counts as the file's own where their names share a word, such as `compare.py` and `test_compare.py`.
+    A test file counts as the file's own where a word of its name begins one of the file's or the other way round, such
+    as `compare.py` and `test_compare.py`, or `inspection/topic.py` and `test_inspect.py`.
     Both begin with the fast ones; what each took with the unchanged sources is in `seconds`.
     """
     files: list[Path] = []
@@ -112,9 +115,14 @@ def tests_of(
             raise FileNotFoundError(f"{place}: the tests of the room {room.name} are not there")
         files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
     words = {word for part in file.removesuffix(".py").split("/")[-2:] for word in part.rstrip("s").split("_")}
-    names = {place.relative_to(root).as_posix(): bool(words & _words(place)) for place in files}
+    names = {place.relative_to(root).as_posix(): _alike(words, _words(place)) for place in files}
     ranked = sorted(names, key=lambda name: seconds.get(name, 0.0))
     return [name for name in ranked if names[name]], [name for name in ranked if not names[name]]
+
+
+def _alike(words: set[str], others: set[str]) -> bool:
+    pairs = [sorted((one, other), key=len) for one in words for other in others]
+    return any(long == short or (len(short) >= SHORTEST and long.startswith(short)) for short, long in pairs)
 
 
 def _words(test: Path) -> set[str]:

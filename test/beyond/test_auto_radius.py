@@ -20,6 +20,7 @@ sys.path.append(str(ROOT))  # last, so that an installed copy of the package is 
 
 from benchmarks.beyond.moved import agreement, seen_from
 from topo_region_seg.beyond.auto_scale.local_units import LocalUnits, local_units
+from topo_region_seg.beyond.auto_scale.neighbors import MOST, image_neighbors, window_of
 from topo_region_seg.beyond.auto_scale.stability import stability
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.data import Cloud
@@ -160,6 +161,58 @@ def test_a_scene_that_moves_away_keeps_its_regions() -> None:
     assert kept > 0.7
     assert kept > agreement(near, fixed[0], far, fixed[1]) + 0.05
     assert agreement(near, auto[0], near, auto[0]) == pytest.approx(1.0)
+
+
+def scattered(kind: str, n: int) -> np.ndarray:
+    """Points in front of a camera that looks along z, as a list."""
+    rng = np.random.default_rng(n)
+    xyz = np.column_stack([rng.uniform(-0.5, 0.5, (n, 2)), np.ones(n)]) * rng.uniform(0.8, 1.2, (n, 1))
+    if kind == "lattice":  # full of equal distances
+        xyz[:, :2] = np.round(xyz[:, :2] / xyz[:, 2:], 1) * xyz[:, 2:]
+    elif kind == "far out":
+        xyz[: n // 200 + 1, 0] += 3.0
+    elif kind == "on a line":
+        xyz[:, 1] = 0.3 * xyz[:, 2]
+    return xyz
+
+
+@pytest.mark.parametrize("kind", ["evenly", "lattice", "far out", "on a line"])
+@pytest.mark.parametrize("n", [49, 300, 5_000])
+def test_neighbors_in_the_image_equal_a_tree_and_least_squares(kind: str, n: int) -> None:
+    xyz, some = scattered(kind, n), np.arange(0, n, 7)
+    image, k = xyz[:, :2] * (1.0 / xyz[:, 2:]), 49  # rounded as in the kernel, so that ties are the same
+    nearest, bends, looked = image_neighbors(xyz, np.eye(3), some, *window_of(image[some]), k)
+    assert len(nearest) == len(some) and looked >= k * len(some)
+    near, _ = cKDTree(image).query(image[some], k=k)
+    np.testing.assert_allclose(nearest, near[:, 1], atol=1e-12)
+    for s, point in enumerate(some):
+        d2 = ((image - image[point]) ** 2).sum(axis=1)
+        found = np.lexsort([1.0 / xyz[:, 2], image[:, 1], image[:, 0], d2])[:k]
+        plane = np.column_stack([image[found] - image[point], np.ones(k)])
+        inverse = 1.0 / xyz[found, 2]
+        rest = inverse - plane @ np.linalg.lstsq(plane, inverse, rcond=1e-9)[0]
+        assert bends[s] == pytest.approx((rest**2).sum(), rel=1e-6, abs=1e-15)
+
+
+def test_neighbors_in_the_image_take_little_of_a_large_cloud() -> None:
+    xyz = scattered("evenly", 100_000)
+    some = np.arange(0, len(xyz), 50)
+    image = xyz[:, :2] / xyz[:, 2:]
+    _, _, looked = image_neighbors(xyz, np.eye(3), some, *window_of(image[some]), 49)
+    assert 49 * len(some) <= looked <= 250 * len(some)
+
+
+def test_crowded_points_are_given_up_soon_and_found_in_a_tree() -> None:
+    rng = np.random.default_rng(0)
+    xyz = np.concatenate([scattered("evenly", 200), [0.0, 0.0, 1.0] + 1e-5 * rng.normal(size=(20_000, 3))])
+    some = np.arange(0, len(xyz), 10)
+    image = xyz[:, :2] / xyz[:, 2:]
+    nearest, bends, looked = image_neighbors(xyz, np.eye(3), some, np.full(2, -0.5), np.full(2, 0.5), 49)
+    assert len(nearest) == len(bends) == 0
+    assert MOST * len(some) < looked <= MOST * len(some) + len(xyz)
+    units = local_units(xyz, np.arange(len(xyz)), len(xyz), 1)
+    spacing = np.median(cKDTree(image).query(image[some], k=2)[0][:, 1])
+    assert units.depth == pytest.approx(REFERENCE_SPACING / spacing, rel=0.1)
 
 
 def test_a_cloud_all_around_has_one_unit_from_its_spacing() -> None:

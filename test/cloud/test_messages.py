@@ -131,6 +131,7 @@ def test_markers_delete_those_before_and_label_each_region(segmented):
     assert (markers[-1].ns, markers[-1].text) == ("count", f"{len(seg.regions)} regions")
     assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
     assert {marker.header.frame_id for marker in markers} == {"camera"}
+    assert not any(marker.frame_locked or marker.lifetime.sec or marker.lifetime.nanosec for marker in markers)
     for marker in markers[1:]:
         turn = marker.pose.orientation
         assert (marker.action, turn.x, turn.y, turn.z, turn.w) == (TYPES.Marker.ADD, 0.0, 0.0, 0.0, 1.0)
@@ -141,15 +142,13 @@ def test_markers_delete_those_before_and_label_each_region(segmented):
         np.testing.assert_allclose(vector(box.pose.position), (low + high) / 2)
         np.testing.assert_allclose(vector(box.scale), np.maximum(high - low, 0.001))
         np.testing.assert_allclose(vector(text.pose.position), region.centroid)
-        assert vector(text.scale) == [0.0, 0.0, messages.TEXT_HEIGHT]
+        assert vector(text.scale) == [0.0, 0.0, 0.03]
         assert text.text == f"{region.label} ({region.size})"
         assert (text.color.r, text.color.g, text.color.b, text.color.a) == (1.0, 1.0, 1.0, 1.0)
         assert box.color.a == messages.BOX_ALPHA
     low, high = seg.regions.minimum.min(axis=0), seg.regions.maximum.max(axis=0)
     middle = (low + high) / 2
-    np.testing.assert_allclose(
-        vector(markers[-1].pose.position), [middle[0], low[1] - 2 * messages.TEXT_HEIGHT, middle[2]]
-    )
+    np.testing.assert_allclose(vector(markers[-1].pose.position), [middle[0], low[1] - 0.06, middle[2]])
     box, text = markers[1:3]
     assert (box.type, text.type, text.text) == (
         TYPES.Marker.CUBE,

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from topo_region_seg.api import persistent_components
+from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import position_tree
-from topo_region_seg.compiled.nearest import nearest_outside
-from topo_region_seg.compiled.partition import uniform_regions
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.params import Params
 from topo_region_seg.steps.filtration.persistence import filtration
@@ -83,20 +84,30 @@ def test_pairs_whose_boxes_single_precision_pulls_apart_are_edges_too() -> None:
         assert roots[0] == roots[-1]
 
 
+@kernel
+def nearest_to_leaf(tree, blocks, channels, leaf, within, near):  # type: ignore[no-untyped-def]
+    near.within[:] = within
+    return nearest_of_leaf(tree, blocks, channels, leaf, near)
+
+
 @pytest.mark.parametrize("seed", range(4))
-def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int) -> None:
+@pytest.mark.parametrize("reach", [0.5 * STEP, 2.0 * STEP, np.inf])
+def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
     n, wanted = 500, 8
     channels = np.zeros((n, 9))
     channels[:, :3] = rng.integers(0, 9, (n, 3)) * STEP
     channels[:, 3:] = rng.integers(0, 2, (n, 6))
-    tree, region, parent = position_tree(channels[:, :3]), rng.integers(0, 6, n), np.arange(6)
-    uniform = uniform_regions(tree, region)
-    near_d2, near = np.empty(wanted), np.empty(wanted, np.int64)
-    for point in range(0, n, 7):
-        own = region[point]
-        found = nearest_outside(tree, channels, region, parent, uniform, point, own, near_d2, near)
-        d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
-        others = sorted((d2[i], channels[i].tolist()) for i in np.flatnonzero(region != own))[:wanted]
-        assert found == wanted
-        assert [(near_d2[k], channels[near[k]].tolist()) for k in range(wanted)] == others
+    tree, near = position_tree(channels[:, :3]), room_for_near(wanted)
+    blocks = leaf_blocks(tree, channels[:, :3])
+    leaves = np.flatnonzero(tree.right == 0)
+    for leaf in leaves[:: max(1, len(leaves) // 20)]:
+        visited = nearest_to_leaf(tree, blocks, channels, leaf, reach**2, near)
+        assert 1 <= visited <= len(leaves)
+        assert visited < len(leaves) / 2 or reach > STEP, "boxes out of reach are not visited"
+        for i, point in enumerate(tree.order[tree.start[leaf] : tree.stop[leaf]]):
+            d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
+            expected = sorted((d2[j], channels[j].tolist()) for j in range(n) if d2[j] <= reach**2)[:wanted]
+            count = near.found[i]
+            found = [(near.d2[i, k], channels[near.point[i, k]].tolist()) for k in range(count)]
+            assert found == expected

@@ -22,7 +22,10 @@ from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.bags.types import typestore
-from topo_region_seg.offline.cli.main import COMMANDS, main
+from topo_region_seg.offline.cli.evaluation_tables import bag_table, frame_table
+from topo_region_seg.offline.cli.main import COMMANDS, build_parser, main
+from topo_region_seg.offline.evaluation.measures import MEASURES
+from topo_region_seg.offline.evaluation.results import BagResult
 
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings of ../shared/data are not here")
 SMALL = ["--set", "normal_radius=0.02", "--set", "min_region_size=100"]
@@ -451,3 +454,26 @@ def test_segment_of_the_milk_carton(tmp_path, capsys):
     run("segment", SHARED / "clouds" / "milk_color.pcd", "--barcode", tmp_path / "b.png")
     assert "13,704 points" in capsys.readouterr().out
     assert (tmp_path / "b.png").stat().st_size > 1000
+
+
+def test_players_wait_for_as_many_as_is_said_and_for_nobody(capsys):
+    parser = build_parser(["play"])
+    for text, count in (("0", 0), ("3", 3)):
+        assert parser.parse_args(["play", "a.mcap", "--wait-for", text]).wait_for == count
+    for option in (["--wait-for", "-1"], ["--rate", "0"], ["--hz", "-2"], ["--wait-timeout", "0"], ["--rate", "nan"]):
+        assert main(["play", "a.mcap", *option]) == 2
+        err = capsys.readouterr().err
+        assert err.count("\n") == 1 and option[0] in err
+
+
+def test_a_table_of_recordings_names_its_columns():
+    results = [BagResult("folder/a.mcap", without_truth=2), BagResult("folder/b.mcap", error="why")]
+    table = bag_table(results)
+    heads = [str(column.header).replace("\n", " ") for column in table.columns]
+    assert heads[:4] == ["recording", "frames", "no truth", "re- jected"] and heads[-1] == "ms"
+    assert len(heads) == 5 + len(MEASURES)
+    assert list(table.columns[0].cells) == ["a.mcap", "b.mcap", "mean over frames"]
+    assert list(table.columns[1].cells) == ["0", "failed", "0"]
+    assert list(table.columns[2].cells) == ["2", "0", "2"]
+    assert frame_table(results).columns[0].header == "recording"
+    assert frame_table(results[:1]).columns[0].header == "stamp (s)"

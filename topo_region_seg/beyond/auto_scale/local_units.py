@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from topo_region_seg.beyond.auto_scale.neighbors import MOST, ROUNDING, image_neighbors, window_of
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.growth import REFERENCE_SPACING, Growth
@@ -117,7 +118,8 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
     width, height : int
         Size of the image grid.
     """
-    sample = xyz[sample_rows(xyz, SAMPLE, 0)]
+    chosen = sample_rows(xyz, SAMPLE, 0)
+    sample = xyz[chosen]
     if len(sample) < 2:
         return LocalUnits(np.eye(3), math.inf)
     axes, strays = strays_of(sample)
@@ -126,9 +128,10 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
         spacing = float(np.median(cKDTree(xyz).query(sample, k=2)[0][:, 1]))
         return LocalUnits(np.eye(3), math.inf, max(1.0, spacing / REFERENCE_SPACING))
     seen = growths(xyz, axes[2], 1.0, -math.inf) >= NEAREST
+    chosen = chosen[~strays & seen[chosen]]
     if not seen.all():
-        xyz, rows = xyz[seen], rows[seen]
-    angle, noise = _in_grid(xyz, rows, width, axes) if height > 1 else _in_tree(xyz, sample[~strays], axes)
+        xyz, rows, chosen = xyz[seen], rows[seen], np.cumsum(seen)[chosen] - 1
+    angle, noise = _in_grid(xyz, rows, width, axes) if height > 1 else _in_list(xyz, chosen, axes)
     return LocalUnits(axes, REFERENCE_SPACING / angle if angle > 0.0 else math.inf, 1.0, noise, float(np.median(depth)))
 
 
@@ -142,17 +145,29 @@ def _in_grid(xyz: FloatArray, rows: IntArray, width: int, axes: FloatArray) -> t
     return float(np.median(angles)), float(np.median(bends)) / 0.6745 / math.sqrt(6.0)
 
 
-def _in_tree(xyz: FloatArray, sample: FloatArray, axes: FloatArray) -> tuple[float, float]:
-    """Return what `_in_grid` does, from planes through the nearest points in the image."""
+def _in_list(xyz: FloatArray, chosen: IntArray, axes: FloatArray) -> tuple[float, float]:
+    """Return what `_in_grid` does, from planes through the points nearest to `chosen` ones (S,) in the image."""
+    k = min(AROUND + 1, len(xyz))
+    if k < 2 or len(chosen) == 0:
+        return 0.0, 0.0
+    seen = seen_from(xyz[chosen], axes)
+    nearest, bends, looked = image_neighbors(xyz, axes, chosen, *window_of(seen[:, :2] / seen[:, 2:]), k)
+    if looked > MOST * len(chosen):
+        nearest, bends = _in_tree(xyz, chosen, axes, k)
+    angle = float(np.median(nearest))
+    if k <= AROUND or not angle > 0.0:
+        return angle, 0.0
+    return angle, math.sqrt(float(np.median(bends)) / (AROUND - 2))
+
+
+def _in_tree(xyz: FloatArray, chosen: IntArray, axes: FloatArray, k: int) -> tuple[FloatArray, FloatArray]:
+    """Return what `image_neighbors` does, however crowded the points are."""
     seen = seen_from(xyz, axes)
     image = seen[:, :2] / seen[:, 2:]
-    some = seen_from(sample, axes)
-    near, found = cKDTree(image).query(some[:, :2] / some[:, 2:], k=min(AROUND + 1, len(xyz)))
-    angle = float(np.median(near[:, 1]))
-    if near.shape[1] <= AROUND or not angle > 0.0:
-        return angle, 0.0
-    offset = (image[found] - image[found[:, :1]]) / angle
+    near, found = cKDTree(image).query(image[chosen], k=k)
+    unit = np.maximum(near[:, -1:, None], ROUNDING)
+    offset = (image[found] - image[chosen][:, None]) / unit
     plane = np.concatenate([offset, np.ones_like(offset[:, :, :1])], axis=2)
     inverse = 1.0 / seen[found, 2:]
     rest = inverse - plane @ (np.linalg.pinv(plane) @ inverse)
-    return angle, math.sqrt(float(np.median((rest**2).sum(axis=(1, 2)))) / (AROUND - 2))
+    return near[:, 1], (rest**2).sum(axis=(1, 2))

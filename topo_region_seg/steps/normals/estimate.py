@@ -45,7 +45,12 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
         radius_normals,
         [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
     )
-    sparse = np.flatnonzero(counts < min_neighbors)
-    if len(sparse):
-        nearest_normals(tree, xyz, sparse, min_neighbors, WIDEN * reach, normals)
+    if (counts < min_neighbors).any():
+        side_by_side(
+            nearest_normals,
+            [
+                (tree, blocks, xyz, counts, min_neighbors, WIDEN * reach, first, end, normals)
+                for first, end in in_parts(len(tree.start))
+            ],
+        )
     return normals

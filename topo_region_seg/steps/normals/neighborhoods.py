@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.dialect import index, kernel, summing
+from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
-from topo_region_seg.compiled.nearest import nearest_outside
+from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
 from topo_region_seg.compiled.walks import LEVELS, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
@@ -91,20 +91,39 @@ def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[
 
 @kernel
 def nearest_normals(
-    tree: Tree, xyz: FloatArray, points: IntArray, k: int, reach: FloatArray, normals: FloatArray
-) -> None:
-    """Fill rows `points` of `normals` (N, 3) from the `k` nearest points, themselves included, within `reach` (N,), m.
+    tree: Tree,
+    blocks: FloatArray,
+    xyz: FloatArray,
+    counts: IntArray,
+    k: int,
+    reach: FloatArray,
+    first_node: int,
+    end_node: int,
+    normals: FloatArray,
+) -> int:
+    """Fill the rows of `normals` (N, 3) of the points with less than `k` `counts` (N,) in the leaves of some nodes.
 
-    Points with fewer than three of them keep what they have.
+    They come from the `k` nearest points, themselves included, within `reach` (N,), m. Points with fewer than three of
+    them keep what they have. Return how many leaves were visited.
     """
-    near_d2, near = np.empty(k), np.empty(k, np.int64)
-    one_region, no_node = np.zeros(len(xyz), np.int64), np.full(len(tree.start), -1)
-    for point in points:
-        x, y, z = xyz[point]
-        m = NO_MOMENTS
-        found = nearest_outside(tree, xyz, one_region, one_region, no_node, point, -1, near_d2, near)
-        for n in range(found):
-            counts = near_d2[n] <= reach[point] * reach[point]
-            m = with_point(m, counts, xyz[near[n], 0] - x, xyz[near[n], 1] - y, xyz[near[n], 2] - z)
-        if m[0] >= 3.0:
+    tree, blocks, xyz = borrowed(tree), borrowed(blocks), borrowed(xyz)
+    near, visited = room_for_near(k), 0
+    for leaf in range(first_node, end_node):
+        if tree.right[index(leaf)]:
+            continue
+        first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
+        for i in range(size):
+            point = tree.order[index(first + i)]
+            near.within[index(i)] = reach[point] ** 2 if counts[point] < k else -1.0
+        visited += nearest_of_leaf(tree, blocks, xyz, leaf, near)
+        for i in range(size):
+            point = tree.order[index(first + i)]
+            if near.found[index(i)] < 3:
+                continue
+            x, y, z = xyz[point]
+            m = NO_MOMENTS
+            for n in range(near.found[index(i)]):
+                other = index(near.point[index(i), index(n)])
+                m = with_point(m, True, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
             fit_normal(m, x, y, z, normals[point])
+    return visited

@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a small region may join: the points of other regions that are nearest to its representative.
+
+Most small regions are single points, or few. So the nearest points of each representative are found beforehand, for a
+leaf of the tree at a time. A region searches the tree itself only where too few of these are left, as they are its own
+points or far from its box.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
+from topo_region_seg.compiled.nearest import begin_near, insert_near, leaf_distances, nearest_of_leaf, room_for_near
+from topo_region_seg.compiled.union_find import find
+from topo_region_seg.compiled.walks import next_leaf
+from topo_region_seg.data import FloatArray, IndexArray
+
+ABOVE = 1.0 + 1e-9  # by this factor rounding does not lengthen the bound of a search
+NOBODY = -1
+
+
+class NearLists(NamedTuple):
+    """The points nearest to each of L points, themselves among them."""
+
+    row: IndexArray  # (N,) row in `near` of each point that has one; NOBODY for all others
+    near: IndexArray  # (L, k) the nearest first; NOBODY where there are fewer
+
+
+@kernel
+def fill_near_lists(
+    tree: Tree, blocks: FloatArray, channels: FloatArray, reach: float, first_node: int, end_node: int, lists: NearLists
+) -> int:
+    """Fill the lists of the points in the leaves of some nodes, up to `reach` away; return how many leaves it took."""
+    tree, blocks, channels, lists = borrowed(tree), borrowed(blocks), borrowed(channels), borrowed(lists)
+    near, visited = room_for_near(lists.near.shape[1]), 0
+    for leaf in range(first_node, end_node):
+        if tree.right[index(leaf)]:
+            continue
+        first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
+        for i in range(size):
+            listed = lists.row[index(tree.order[index(first + i)])] >= 0
+            near.within[index(i)] = reach * reach if listed else -1.0
+        visited += nearest_of_leaf(tree, blocks, channels, leaf, near)
+        for i in range(size):
+            row = lists.row[index(tree.order[index(first + i)])]
+            for place in range(near.found[index(i)]):
+                lists.near[index(row), index(place)] = near.point[index(i), index(place)]
+    return visited
+
+
+@kernel
+def region_boxes(channels, region, n_regions):  # type: ignore[no-untyped-def]
+    """Return the lower and upper bounds of the regions' positions, (R, 2, 3)."""
+    boxes = np.empty((n_regions, 2, 3))
+    boxes[:, 0] = np.inf
+    boxes[:, 1] = -np.inf
+    for point in range(len(region)):
+        r = region[point]
+        for c in range(3):
+            boxes[r, 0, c] = min(boxes[r, 0, c], channels[point, c])
+            boxes[r, 1, c] = max(boxes[r, 1, c], channels[point, c])
+    return boxes
+
+
+@inlined
+def listed_outside(lists, channels, region, parent, boxes, reach, point, own, near):  # type: ignore[no-untyped-def]
+    """Put the points from the list of `point` in `near` that are outside of its region, `own`, and near the box of it.
+
+    Return how many, and whether the tree holds no other among the nearest.
+    """
+    found, most, row = 0, near.point.shape[1], index(lists.row[index(point)])
+    for place in range(lists.near.shape[1]):
+        other = np.int64(lists.near[row, index(place)])
+        if other == NOBODY:
+            # All points are listed that are in reach of this one, which is the region's only place.
+            alone = True
+            for c in range(3):
+                alone = alone and boxes[own, 0, c] == boxes[own, 1, c]
+            return found, alone
+        if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
+            near.point[0, index(found)] = other
+            found += 1
+            if found == most:
+                return found, True
+    return found, False
+
+
+@inlined
+def nearest_outside(  # type: ignore[no-untyped-def]
+    tree, blocks, channels, region, parent, uniform, boxes, reach, point, own, near
+):
+    """Fill `near` with the points nearest to `point` that are up to `reach` from the box of its region, `own`.
+
+    Points of the region itself are left out. Return how many are found, and how many leaves were visited. `region` (N,)
+    is the region of a point and `parent` the union-find of the regions; `uniform` (K,) is the region that all points of
+    a node belong to, if any; `boxes` (R, 2, 3) are those of the regions.
+    """
+    x, y, z = channels[index(point), 0], channels[index(point), 1], channels[index(point), 2]
+    begin_near(near, x, y, z)
+    # What is near the box is no farther from the point than the box's farthest corner and the reach together.
+    corner2 = 0.0
+    for c in range(3):
+        place = channels[index(point), index(c)]
+        corner2 += max(place - boxes[own, 0, c], boxes[own, 1, c] - place) ** 2
+    near.within[0] = ABOVE * (math.sqrt(corner2) + reach) ** 2
+    top, visited = 1, 0
+    while True:
+        node, top = next_leaf(tree, near.box, 0, near.within[0], True, near.stack, top)
+        if node < 0:
+            break
+        visited += 1
+        only = uniform[index(node)]
+        if only >= 0 and find(parent, only) == own:
+            continue
+        start, stop = tree.start[index(node)], tree.stop[index(node)]
+        leaf_distances(blocks, start // LEAF, x, y, z, near.leaf_d2)
+        for i in range(stop - start):
+            d2 = near.leaf_d2[index(i)]
+            if d2 <= near.within[0]:
+                other = np.int64(tree.order[index(start + i)])
+                if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
+                    insert_near(channels, other, d2, near, 0)
+    return near.found[0], visited
+
+
+@inlined
+def near_box(channels, point, boxes, own, reach):  # type: ignore[no-untyped-def]
+    """Whether a point is up to `reach` from the box of a region."""
+    gap2 = 0.0
+    for c in range(3):
+        place = channels[index(point), index(c)]
+        gap2 += max(boxes[own, 0, c] - place, place - boxes[own, 1, c], 0.0) ** 2
+    return gap2 <= reach * reach
+
+
+@inlined
+def most_alike(channels, point, candidates, found, limits):  # type: ignore[no-untyped-def]
+    """Return the candidate with the smallest sum of squared differences in units of the limits; ties: the nearest."""
+    best, choice = np.inf, candidates[0]
+    for place in range(found):
+        other = candidates[place]
+        color, chord = 0.0, 0.0
+        for c in range(3):
+            color += (channels[other, 3 + c] - channels[point, 3 + c]) ** 2
+            chord += (channels[other, 6 + c] - channels[point, 6 + c]) ** 2
+        difference = color / max(limits.color_high, 1e-12)
+        if chord == chord:  # a point without a normal is judged by color alone
+            difference += chord / max(min(limits.chord_high, 4.0), 1e-12)
+        if difference < best:
+            best, choice = difference, other
+    return choice

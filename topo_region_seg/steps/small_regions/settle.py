@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What becomes of regions below the minimum size (paper, section IV.E)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.partition import count_off, first_points
+from topo_region_seg.compiled.predicate import Criterion
+from topo_region_seg.compiled.threads import in_parts, side_by_side
+from topo_region_seg.data import BoolArray, FloatArray, IntArray
+from topo_region_seg.params import Params
+from topo_region_seg.steps.small_regions.candidates import NOBODY, NearLists, fill_near_lists
+from topo_region_seg.steps.small_regions.merging import merge_small_regions
+
+CANDIDATES = 8  # points of other regions among which the most alike is chosen
+REACH = 3.0
+"""Radii up to which such a point may lie from the box of a small region: farther away it is nothing that touches it."""
+LISTED = 12
+"""Nearest points of each representative that are found beforehand, as most regions have few points."""
+NONE = -1
+
+
+def settle_small_regions(
+    channels: FloatArray, tree: Tree, root: IntArray, weight: IntArray, limits: Criterion, params: Params
+) -> IntArray:
+    """Merge or remove the regions that stand for fewer than `min_region_size` input points.
+
+    Merging goes from the smallest region to the largest (ties: smallest coordinate triple). Around the
+    region's representative, here the point with the smallest coordinate triple so that the order of the
+    points does not matter, the nearest points of other regions are looked up, up to REACH radii from the region's
+    bounding box; the region joins that of the point with the smallest normalized difference of color and normal.
+    A region that ends below the minimum size, since nothing is near it, is removed, unless it is all there is.
+
+    Parameters
+    ----------
+    channels : (N, 9) float64
+        Positions (m), colors and normals, as `homogeneity_channels` returns them.
+    tree : Tree
+        Tree over the positions.
+    root : (N,) int64
+        Smallest point id of each point's component.
+    weight : (N,) int64
+        Number of input points that each point stands for.
+    limits : Criterion
+        The criterion, in whose units differences are compared, and whose radius bounds the search.
+    params : Params
+        Uses `min_region_size` and `small_regions`.
+
+    Returns
+    -------
+    (N,) int64
+        Region of each point, counted from 0 in no particular order; -1 for removed points.
+    """
+    region, size = count_off(root, weight)
+    small = size < params.min_region_size
+    if not small.any():
+        return region
+    if params.small_regions == "merge":
+        reach = REACH * math.sqrt(limits.reach)
+        representative = first_points(channels, region, len(size))
+        blocks = leaf_blocks(tree, channels[:, :3])
+        lists = _near_lists(channels, tree, blocks, representative[small], reach)
+        target, _ = merge_small_regions(
+            tree,
+            blocks,
+            channels,
+            region,
+            size,
+            representative,
+            _ranks(channels[representative]),
+            lists,
+            limits,
+            # No region can have more points than all have.
+            min(params.min_region_size, int(size.sum()) + 1),
+            CANDIDATES,
+            reach,
+        )
+        region, size = count_off(target[region], weight)
+        small = (size < params.min_region_size) & (len(size) > 1)
+    kept = np.where(small, NONE, np.cumsum(~small) - 1)
+    return kept[region]
+
+
+def _near_lists(channels: FloatArray, tree: Tree, blocks: FloatArray, points: IntArray, reach: float) -> NearLists:
+    """Return the points nearest to some, up to `reach` away."""
+    row = np.full(len(channels), NOBODY, np.int32)
+    row[points] = np.arange(len(points), dtype=np.int32)
+    lists = NearLists(row, np.full((len(points), LISTED), NOBODY, np.int32))
+    parts = in_parts(len(tree.start))
+    side_by_side(fill_near_lists, [(tree, blocks, channels, reach, first, end, lists) for first, end in parts])
+    return lists
+
+
+def _ranks(points: FloatArray) -> IntArray:
+    """Return the place of each point (R, 9) in their order: by x, then y, z and the features."""
+    order = np.argsort(points[:, 0])
+    same: BoolArray = np.diff(points[order, 0]) == 0.0
+    tied = np.flatnonzero(np.append(same, False) | np.append(False, same))
+    rows = order[tied]
+    order[tied] = rows[np.lexsort(points[rows, ::-1].T)]
+    rank = np.empty(len(points), np.int64)
+    rank[order] = np.arange(len(points))
+    return rank
