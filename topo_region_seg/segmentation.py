@@ -38,6 +38,7 @@ from topo_region_seg.steps.scales.filtered_cloud import (
 )
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.small_regions.settle import settle_small_regions
+from topo_region_seg.steps.view.scene import Surface
 
 STAGES = {"regions": "small_regions", "objects": "objects", "supervoxels": "supervoxels"}
 """The stage that makes the regions of each output, as `ms` names it."""
@@ -89,6 +90,17 @@ class Segmentation:
     filtered: FilteredCloud = field(repr=False)
     ms: dict[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Support and structure that were found and set aside, the support first, seen from the sensor at the origin.
+
+        Empty unless the output is objects and the cloud is organized.
+        """
+        scene = self.filtered.scene
+        if scene is None:
+            return ()
+        return (() if scene.support is None else (scene.support,)) + scene.structure
 
     def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
         """Return the segmentation at another scale of the same filtration.

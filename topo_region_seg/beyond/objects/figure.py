@@ -40,7 +40,16 @@ def with_ground(label: Labels, classes: Classes, n: int) -> Labels:
     """Return labels (P,), below `n`, and in their gaps the classes of the ground: support `n`, behind it, structure."""
     code = np.zeros(5, np.int32)
     code[SUPPORT], code[BEHIND], code[STRUCTURE] = n, n + 1, n + 2
-    return np.where(label > 0, label, code[classes])
+    return filled(label, classes, code)
+
+
+@kernel
+def filled(label: Labels, classes: Classes, code: Labels) -> Labels:
+    """Return labels (P,) with the `code` of its class in place of label 0."""
+    both = np.empty_like(label)
+    for p in range(len(label)):
+        both[p] = label[p] if label[p] > 0 else code[classes[p]]
+    return both
 
 
 def relations_in(scene: Scene, label: Labels, n: int) -> Relations:

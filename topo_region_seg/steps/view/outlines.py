@@ -14,6 +14,7 @@ from topo_region_seg.steps.view.grid import Single
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.table import DepthTable, at_depth
 
+NONE = -1
 OCCLUDED, TOUCHING, OWN = 0, 1, 2
 """What an outline pixel may do to what lies beyond it: it is hidden by it, touches it, or hides it."""
 AT_EDGE = 4
@@ -66,7 +67,12 @@ def relations(
         Angle between pixels, radians.
     """
     key, frame, void = transitions(label, depth, height, width, n_labels, noise, pixel)
-    key, number = np.unique(key, return_counts=True)
+    if 3 * n_labels**2 <= len(label):
+        counts = np.bincount(key)
+        key = np.flatnonzero(counts)
+        number = counts[key]
+    else:
+        key, number = np.unique(key, return_counts=True)
     pairs, place = np.unique(key // 3, return_inverse=True)
     count = np.zeros((len(pairs), 3))
     count[place, key % 3] = number
@@ -81,46 +87,49 @@ def transitions(
 
     The number is that of the two labels and of what the first does to the second, ``(first * L + second) * 3 + kind``.
     """
-    room = 4096
-    key = np.empty(room, np.int64)
-    count = 0
+    key, count = np.empty(4096, np.int64), 0
     frame, void = np.zeros(n_labels), np.zeros(n_labels)
-    for turned in range(2):
-        lines, length = (height, width) if turned == 0 else (width, height)
-        line_step, step = (width, 1) if turned == 0 else (1, width)
-        for line in range(lines):
-            last = -1
-            start = line * line_step
-            for x in range(length):
-                q = start + x * step
-                b = label[q]
-                if b == 0:
-                    continue
-                if last < 0:
-                    if x <= AT_EDGE:
+    # The last labelled pixel of the row so far, and of each column, so that the image is read once, in order.
+    above = np.full(width, NONE)
+    for y in range(height):
+        left = NONE
+        for x in range(width):
+            q = y * width + x
+            b = np.int64(label[q])
+            if b == 0:
+                continue
+            for down in range(2):
+                p, place, stride = (above[x], y, width) if down else (left, x, 1)
+                if p == NONE:
+                    if place <= AT_EDGE:
                         frame[b] += 1.0
                     else:
                         void[b] += 1.0
-                else:
-                    p = start + last * step
-                    a = label[p]
-                    if a != b:
-                        z = np.float64(depth[p])
-                        further = np.float64(depth[q]) - z
-                        far = max(STEP, STEPS * at_depth(noise, z)) + SLOPE * (x - last) * pixel * z
-                        kind = OWN if further > far else (OCCLUDED if further < -far else TOUCHING)
-                        if count + 2 > room:
-                            longer = np.empty(2 * room, np.int64)
-                            longer[:room] = key
-                            key, room = longer, 2 * room
-                        key[count] = (a * n_labels + b) * 3 + kind
-                        key[count + 1] = (b * n_labels + a) * 3 + 2 - kind
-                        count += 2
-                last = x
-            if last >= 0:
-                b = label[start + last * step]
-                if length - 1 - last <= AT_EDGE:
-                    frame[b] += 1.0
-                else:
-                    void[b] += 1.0
+                    continue
+                a = np.int64(label[p])
+                if a == b:
+                    continue
+                z = np.float64(depth[p])
+                further = np.float64(depth[q]) - z
+                far = max(STEP, STEPS * at_depth(noise, z)) + SLOPE * ((q - p) // stride) * pixel * z
+                kind = OWN if further > far else (OCCLUDED if further < -far else TOUCHING)
+                if count + 2 > len(key):
+                    longer = np.empty(2 * len(key), np.int64)
+                    longer[:count] = key[:count]
+                    key = longer
+                key[count] = (a * n_labels + b) * 3 + kind
+                key[count + 1] = (b * n_labels + a) * 3 + 2 - kind
+                count += 2
+            left, above[x] = q, q
+        if left != NONE:
+            if (y + 1) * width - 1 - left <= AT_EDGE:
+                frame[label[left]] += 1.0
+            else:
+                void[label[left]] += 1.0
+    for x in range(width):
+        if above[x] != NONE:
+            if height - 1 - above[x] // width <= AT_EDGE:
+                frame[label[above[x]]] += 1.0
+            else:
+                void[label[above[x]]] += 1.0
     return key[:count].copy(), frame, void
