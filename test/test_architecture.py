@@ -24,6 +24,7 @@ FLOORS: tuple[set[str], ...] = (
     {"growth"},
     {"data"},
     {"compiled"},
+    {"steps.view"},
     {
         "steps.sensor",
         "steps.crop",

@@ -208,6 +208,7 @@ class Region:
     mean_lab: tuple[float, float, float]
     mean_normal: tuple[float, float, float]
     persistence: float
+    confidence: float
 
 
 @dataclass(frozen=True)
@@ -226,6 +227,8 @@ class RegionTable:
         NaN where the feature was not computed.
     persistence : (M,) float64
         How long the region stood unchanged before `max_radius`: `max_radius` minus the last scale at which it grew.
+    confidence : (M,) float64
+        How sure it is that the region is a thing, 0 to 1; NaN unless these are objects of an organized cloud.
     """
 
     label: LabelArray
@@ -236,6 +239,7 @@ class RegionTable:
     mean_lab: FloatArray
     mean_normal: FloatArray
     persistence: FloatArray
+    confidence: FloatArray
 
     def __len__(self) -> int:
         return len(self.size)
@@ -258,6 +262,7 @@ class RegionTable:
             mean_lab=row(self.mean_lab),
             mean_normal=row(self.mean_normal),
             persistence=float(self.persistence[index]),
+            confidence=float(self.confidence[index]),
         )
 
 

@@ -211,6 +211,27 @@ class Params(ParameterTable):
         "directions, points lie in a groove, which parts regions",
         when=(OBJECTS,),
     )
+    object_vessels: bool = parameter(
+        True,
+        "objects: the inside of a cup or bowl is one object with its outside; organized clouds only",
+        when=(OBJECTS,),
+    )
+    object_min_area: float = parameter(
+        0.0006,
+        "objects: smallest area of an object, as seen from the sensor; organized clouds only",
+        unit="m²",
+        low=0.0,
+        high=1.0,
+        when=(OBJECTS,),
+    )
+    min_confidence: float = parameter(
+        0.5,
+        "objects: how sure it must be that a segment is a thing, and no wall, rim of a bin or robot: the share of its "
+        "outline that speaks for it; organized clouds only",
+        low=0.0,
+        high=1.0,
+        when=(OBJECTS,),
+    )
     object_convexity: float = parameter(
         0.6,
         "objects: share of the pairs of points at a border that must be convex for the regions to be one object",

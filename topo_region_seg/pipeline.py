@@ -9,9 +9,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
+from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud.records import read_records, write_labeled_records
@@ -32,6 +34,7 @@ from topo_region_seg.steps.sensor import known_position, position_above_map
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
+from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions, scales
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -91,23 +94,34 @@ class Pipeline:
             with clock("local_units"):
                 units = local_units(xyz, rows, cloud.width, cloud.height)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
+        framed = None
+        if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
+            with clock("surfaces"):
+                size = cloud.height, cloud.width
+                framed = frame_scene(xyz, rows, *size, params, sensor_known=known is not None)
+        scene = framed[0] if framed else None
         with clock("floor"):
-            support, distance = NO_SUPPORT, growth.floor_distance
-            if params.remove_floor:
+            support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
+            if params.remove_floor and scene is None:
                 given = distance, params.floor_min_extent, params.floor_seed
                 support = find_support(xyz, *given, sensor_known=known is not None)
             plane = support.plane
-            if plane is not None:
+            kept = None
+            if scene is not None:
+                kept = free_points(scene, rows)
+            elif plane is not None:
                 kept = above(xyz, plane, distance)
-                rows, xyz = rows[kept], gather(xyz, kept)
-                plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
-            else:
+            if kept is None:
                 xyz = np.ascontiguousarray(xyz)
+            else:
+                rows, xyz = rows[kept], gather(xyz, kept)
+            if plane is not None:
+                plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             notices += doubtful_support(support, known is not None, len(rows))
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
-            thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
+            thinned = None if scene else thin_for(params, xyz, rgb, mix_colors=not exact)
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
@@ -117,7 +131,13 @@ class Pipeline:
             lab = srgb_to_lab(points.rgb) if points.rgb is not None and seen else None
         with clock("normals"):
             tree = position_tree(points.xyz)
-            radius = growth.normal_radius if units is None else units.normal_radius(points.xyz, growth)
+            radius: float | FloatArray = growth.normal_radius
+            if units is not None:
+                radius = units.normal_radius(points.xyz, growth)
+            lengths = AS_GIVEN
+            if scene is not None:
+                lengths = lengths_of(scene, params)
+                radius = growth.normal_radius * scales(lengths, points.xyz @ scene.axes[2])
             normals = (
                 estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors) if growth.uses_normals else None
             )
@@ -129,7 +149,13 @@ class Pipeline:
         if params.output == "objects" and normals is not None:
             with clock("grooves"):
                 compared = normals.copy()
-                compared[find_grooves(points.xyz, normals, tree, params)] = np.nan
+                if scene is None:
+                    grooves = find_grooves(points.xyz, normals, tree, params)
+                else:
+                    grooves = grooves_in(scene, normals, rows, lengths, params)
+                    local = local_positions(points.xyz, scene.axes, lengths)
+                    tree = position_tree(local)
+                compared[grooves] = np.nan
         with clock("filtration"):
             channels = homogeneity_channels(local, lab, compared, growth)
             limits = criterion(growth, growth.max_radius)
@@ -148,6 +174,8 @@ class Pipeline:
             features=Features(lab, normals),
             plane=plane,
             growth=growth,
+            scene=scene,
+            lengths=lengths,
         )
         scale = growth.radius
         if auto:
@@ -172,6 +200,8 @@ def warm_up() -> None:
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
     Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
+    frame = _made_frame()
+    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]))
     auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
     for shape in ((2 * len(side), len(side)), (1, grid)):
         Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape))
@@ -186,6 +216,19 @@ def warm_up() -> None:
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
+
+
+def _made_frame() -> npt.NDArray[np.float32]:
+    """Return an image grid (60, 80, 3) of a table, a box and a cup on it, and a wall, seen from above."""
+    y, x = np.mgrid[-0.3:0.3:60j, -0.4:0.4:80j]
+    depth = np.full(x.shape, 1.0)
+    depth[:, :8] = 0.8 + 0.5 * (x[:, :8] + 0.4)
+    depth[20:40, 30:50] = 0.9
+    cup = np.hypot(x - 0.25, y) < 0.08
+    depth[cup] = 0.85 + 5.0 * (x[cup] - 0.25) ** 2
+    depth += np.random.default_rng(0).normal(scale=1e-3, size=depth.shape)
+    depth[:2, :2] = np.nan
+    return np.stack([x * depth, y * depth, depth], axis=2).astype(np.float32)
 
 
 def _seen_otherwise(cloud: Cloud, params: Params, known: FloatArray | None) -> tuple[FloatArray, IntArray, Notice]:

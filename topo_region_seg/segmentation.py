@@ -9,15 +9,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from topo_region_seg.beyond.adjacency import adjacency
+from topo_region_seg.beyond.objects.grid_objects import objects_of_points
 from topo_region_seg.beyond.objects.unite import unite_objects
 from topo_region_seg.beyond.supervoxels.patches import supervoxels
 from topo_region_seg.clock import Clock
 from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.partition import count_off
 from topo_region_seg.data import (
     Adjacency,
     Barcode,
     Components,
     Features,
+    FloatArray,
     IntArray,
     LabelArray,
     Notice,
@@ -35,6 +38,7 @@ from topo_region_seg.steps.scales.filtered_cloud import (
 )
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.small_regions.settle import settle_small_regions
+from topo_region_seg.steps.view.scene import Surface
 
 STAGES = {"regions": "small_regions", "objects": "objects", "supervoxels": "supervoxels"}
 """The stage that makes the regions of each output, as `ms` names it."""
@@ -86,6 +90,17 @@ class Segmentation:
     filtered: FilteredCloud = field(repr=False)
     ms: dict[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Support and structure that were found and set aside, the support first, seen from the sensor at the origin.
+
+        Empty unless the output is objects and the cloud is organized.
+        """
+        scene = self.filtered.scene
+        if scene is None:
+            return ()
+        return (() if scene.support is None else (scene.support,)) + scene.structure
 
     def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
         """Return the segmentation at another scale of the same filtration.
@@ -158,29 +173,47 @@ def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock
     """Return the segmentation of a cloud at a scale, metres."""
     with clock(STAGES[params.output]):
         components = components_at(filtered, scale)
-        region = _regions(filtered, components, params, scale)
+        region, confidence = _regions(filtered, components, params, scale)
     with clock("regions"):
-        return _described(filtered, region, components, params, scale, clock)
+        return _described(filtered, region, components, params, scale, clock, confidence)
 
 
-def _regions(filtered: FilteredCloud, components: Components, params: Params, scale: float) -> IntArray:
-    """Return the region of each preprocessed point, counted from 0; -1 for none."""
+def _regions(
+    filtered: FilteredCloud, components: Components, params: Params, scale: float
+) -> tuple[IntArray, FloatArray | None]:
+    """Return the region of each preprocessed point, counted from 0; -1 for none; and the confidence of each region."""
     channels, tree, weight = filtered.channels, filtered.tree, filtered.weight
     normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
     if params.output == "supervoxels":
-        return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params)
+        return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params), None
+    if params.output == "objects" and filtered.scene is not None and normals is not None:
+        region, _ = count_off(components.root, weight)
+        loose = np.isnan(channels[:, 6])
+        given = filtered.scene, filtered.index, normals, np.where(loose, -1, region), filtered.lengths
+        return objects_of_points(*given, params)
     if params.output == "objects" and normals is not None:
         loose = np.isnan(channels[:, 6])
-        return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params)
-    return settle_small_regions(channels, tree, components.root, weight, limits, params)
+        return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params), None
+    return settle_small_regions(channels, tree, components.root, weight, limits, params), None
 
 
 def _described(
-    filtered: FilteredCloud, region: IntArray, components: Components, params: Params, scale: float, clock: Clock
+    filtered: FilteredCloud,
+    region: IntArray,
+    components: Components,
+    params: Params,
+    scale: float,
+    clock: Clock,
+    confidence: FloatArray | None = None,
 ) -> Segmentation:
     whole = filtered.components
     labels = number_regions(filtered.xyz, region, filtered.weight)
     table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components)
+    if confidence is not None:
+        known = np.flatnonzero(region >= 0)
+        by_label = np.empty(len(table))
+        by_label[labels[known].astype(np.int64) - 1] = confidence[region[known]]
+        table = replace(table, confidence=by_label)
     centroid, minimum, maximum = (
         positions_of_input(filtered, column) for column in (table.centroid, table.minimum, table.maximum)
     )
@@ -214,7 +247,7 @@ def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
         return scale_with_kept_regions(*given)
 
     def count_at(scale: float) -> int:
-        region = _regions(filtered, filtered.components.cut(scale), params, scale)
+        region, _ = _regions(filtered, filtered.components.cut(scale), params, scale)
         return int(np.max(region, initial=-1)) + 1
 
     return scale_with_merged_regions(*given, count_at)

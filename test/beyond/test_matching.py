@@ -29,6 +29,7 @@ def table_of(looks: list[Looks]) -> RegionTable:
         mean_lab=lab,
         mean_normal=np.full((n, 3), np.nan),
         persistence=np.zeros(n),
+        confidence=np.full(n, np.nan),
     )
 
 

@@ -45,6 +45,7 @@ def stripes(things: Iterable[int], params: Params = PARAMS, points: int = 4) -> 
         mean_lab=np.full((n, 3), 50.0),
         mean_normal=np.full((n, 3), np.nan),
         persistence=np.zeros(n),
+        confidence=np.full(n, np.nan),
     )
     death = np.full(len(ids), np.inf)
     seg: Any = Segmentation(

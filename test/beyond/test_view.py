@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from topo_region_seg.beyond.auto_scale.view import evened, grid_figures, growths, seen_from
+from topo_region_seg.steps.view.camera import evened, grid_figures, growths, seen_from
 
 HEIGHT, WIDTH = 6, 17
 

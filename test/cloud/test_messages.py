@@ -80,7 +80,7 @@ def test_region_rows(segmented):
     table = columns(out)
     assert table.dtype.names == (
         "x", "y", "z", "label", "size", "min_x", "min_y", "min_z", "extent_x", "extent_y", "extent_z",
-        "L", "a", "b", "normal_x", "normal_y", "normal_z", "persistence",
+        "L", "a", "b", "normal_x", "normal_y", "normal_z", "persistence", "confidence",
     )  # fmt: skip
     assert len(table) == len(seg.regions) == len(set(table["label"]))
     for row, region in zip(table, seg.regions, strict=True):

@@ -32,7 +32,7 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
     root = first[np.unique(labels, return_inverse=True)[1]].astype(np.int64)
     rows = np.zeros((regions, 3))
     label, size = np.arange(1, regions + 1, dtype=np.uint32), np.full(regions, n // max(regions, 1))
-    table = RegionTable(label, size, rows, rows, rows, rows, rows, np.zeros(regions))
+    table = RegionTable(label, size, rows, rows, rows, rows, rows, np.zeros(regions), np.full(regions, np.nan))
     return Segmentation(
         labels=labels,
         regions=table,

@@ -76,7 +76,7 @@ def region_count(types: MessageTypes, seg: Segmentation) -> Any:
 
 
 def regions(types: MessageTypes, header: Any, seg: Segmentation) -> Any:
-    """Return one row per region: centroid, label, size, box, mean CIELAB color, mean normal and persistence."""
+    """Return one row per region: place, label, size, box, mean CIELAB color, mean normal, persistence, confidence."""
     table = seg.regions
     columns: dict[str, npt.NDArray[Any]] = _named(("x", "y", "z"), table.centroid)
     columns["label"] = table.label
@@ -86,6 +86,7 @@ def regions(types: MessageTypes, header: Any, seg: Segmentation) -> Any:
     columns |= _named(("L", "a", "b"), table.mean_lab)
     columns |= _named(("normal_x", "normal_y", "normal_z"), table.mean_normal)
     columns["persistence"] = table.persistence.astype(np.float32)
+    columns["confidence"] = table.confidence.astype(np.float32)
     return encode(types, header, columns, is_dense=_all_finite(columns))
 
 

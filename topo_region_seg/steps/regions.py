@@ -46,6 +46,7 @@ def describe_regions(
         mean_lab=sums[:, 3:6] / size[:, None],
         mean_normal=direction,
         persistence=components.max_radius - growth,
+        confidence=np.full(n_regions, np.nan),
     )
 
 

@@ -16,17 +16,19 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from topo_region_seg.beyond.auto_scale.neighbors import MOST, ROUNDING, image_neighbors, window_of
-from topo_region_seg.beyond.auto_scale.view import evened, grid_figures, growths, seen_from
 from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.growth import REFERENCE_SPACING, Growth
+from topo_region_seg.steps.view.camera import (
+    NEAREST,
+    STRAY,
+    evened,
+    grid_figures,
+    growths,
+    seen_from,
+    strays_of,
+)
 
-WIDEST = 60.0
-"""Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
-NEAREST = 0.05
-"""Least distance of a camera's point, metres."""
-STRAY = 0.02
-"""Share of the points that may be nearer, or farther off the middle of the view, than a camera's points are."""
 SAMPLE = 2_000
 """About how many points show where the camera looks and, where there is no image grid, the spacing and the noise."""
 PAIRS = 20_000
@@ -120,10 +122,8 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
     sample = xyz[chosen]
     if len(sample) < 2:
         return LocalUnits(np.eye(3), math.inf)
-    distance = np.maximum(np.linalg.norm(sample, axis=1), 1e-12)
-    axes = _axes(sample / distance[:, None])
+    axes, strays = strays_of(sample)
     depth = seen_from(sample, axes)[:, 2]
-    strays = (distance < NEAREST) | (depth < distance * math.cos(math.radians(WIDEST)))
     if np.mean(strays) > STRAY:
         spacing = float(np.median(cKDTree(xyz).query(sample, k=2)[0][:, 1]))
         return LocalUnits(np.eye(3), math.inf, max(1.0, spacing / REFERENCE_SPACING))
@@ -171,14 +171,3 @@ def _in_tree(xyz: FloatArray, chosen: IntArray, axes: FloatArray, k: int) -> tup
     inverse = 1.0 / seen[found, 2:]
     rest = inverse - plane @ (np.linalg.pinv(plane) @ inverse)
     return near[:, 1], (rest**2).sum(axis=(1, 2))
-
-
-def _axes(directions: FloatArray) -> FloatArray:
-    """Return the axes whose third is the middle of the view; those of the sensor where that looks along z."""
-    middle = directions.mean(axis=0)
-    middle /= max(float(np.linalg.norm(middle)), 1e-12)
-    if middle[2] > math.cos(math.radians(WIDEST / 2.0)):
-        return np.eye(3)
-    side = np.cross(middle, np.eye(3)[int(np.argmin(np.abs(middle)))])
-    side /= np.linalg.norm(side)
-    return np.array([side, np.cross(middle, side), middle])

@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
-from topo_region_seg.beyond.auto_scale.view import pictured
 from topo_region_seg.compiled.dialect import inlined, kernel
 from topo_region_seg.compiled.nearest import comes_before
 from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.steps.view.camera import pictured
 
 PER_CELL = 6  # points of a cell, if they were spread evenly
 OUTLYING = 0.01

@@ -11,6 +11,8 @@ import numpy as np
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, Plane
 from topo_region_seg.growth import Growth
+from topo_region_seg.steps.view.lengths import AS_GIVEN, Lengths
+from topo_region_seg.steps.view.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,10 @@ class FilteredCloud:
         The removed support plane, in the frame of the input.
     growth : Growth
         How the regions grow.
+    scene : Scene or None
+        What is known of the frame, where objects are told apart on its image grid.
+    lengths : Lengths
+        How lengths grow with the depth there.
     """
 
     xyz: FloatArray
@@ -59,6 +65,8 @@ class FilteredCloud:
     features: Features
     plane: Plane | None
     growth: Growth
+    scene: Scene | None = None
+    lengths: Lengths = AS_GIVEN
 
 
 def labels_of_input(filtered: FilteredCloud, labels: LabelArray) -> LabelArray:

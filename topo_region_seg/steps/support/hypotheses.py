@@ -18,12 +18,13 @@ FIRST = 128
 
 @kernel
 def best_hypothesis(
-    xyz: FloatArray, triples: IntArray, distance: float, fewest: float, miss: float
+    xyz: FloatArray, triples: IntArray, distance: FloatArray, fewest: float, miss: float
 ) -> tuple[FloatArray, float, int]:
-    """Return normal (3,), offset (m) and inliers of the plane through a triple with most points within `distance` (m).
+    """Return normal (3,), offset (m) and inliers of the plane through a triple with most points on it.
 
     Triples are drawn until a plane with more points, or with the `fewest` (N) that count, is missed with at most the
-    probability `miss`. The points (N, 3) are in no particular order, so that the first of them stand for all.
+    probability `miss`. On it are those within their `distance` (N,), m. The points (N, 3) are in no particular order,
+    so that the first of them stand for all.
     """
     n = len(xyz)
     first = min(FIRST, n)
@@ -45,11 +46,11 @@ def best_hypothesis(
         offset = -(u * p[0] + v * p[1] + w * p[2])
         inliers = 0
         for i in range(first):
-            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance[i]
         if 2 * inliers * n < max(float(best), fewest) * first:
             continue
         for i in range(first, n):
-            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance
+            inliers += abs(u * x[i] + v * y[i] + w * z[i] + offset) <= distance[i]
         if inliers > best:
             best, best_offset = inliers, offset
             best_normal[0], best_normal[1], best_normal[2] = u, v, w
@@ -64,11 +65,11 @@ def draws_needed(share: float, miss: float) -> int:
 
 
 @summing
-def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> FloatArray:
-    """Return count, sums and sums of products (10,) of the points within `distance` (m) of a plane."""
+def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: FloatArray) -> FloatArray:
+    """Return count, sums and sums of products (10,) of the points within `distance`, (N,), m, of a plane."""
     moments = NO_MOMENTS
     u, v, w = normal[0], normal[1], normal[2]
     for i in range(len(xyz)):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        moments = with_point(moments, abs(u * x + v * y + w * z + offset) <= distance, x, y, z)
+        moments = with_point(moments, abs(u * x + v * y + w * z + offset) <= distance[i], x, y, z)
     return np.array(moments)

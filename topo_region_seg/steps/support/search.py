@@ -96,13 +96,13 @@ def find_support(
         if len(rest) < fewest:
             break
         triples = np.random.default_rng(seed).integers(0, len(rest), (MOST_HYPOTHESES, 3))
-        normal, offset, inliers = best_hypothesis(rest, triples, distance, fewest, MISS)
+        normal, offset, inliers = best_hypothesis(rest, triples, np.full(len(rest), distance), fewest, MISS)
         if inliers < fewest:
             break
         normal, offset = fitted(rest, normal, offset, distance)
         found = judge(sample, normal, offset, distance, min_extent)
         if found is not None:
-            if not sensor_known and found.share >= LARGE and (found.hidden > DOUBT or found.offset < IN_PLANE):
+            if not sensor_known and speaks_against_sensor(found):
                 return Support(None, found)
             if not found.seen_through and (best is None or found.rank > best.rank):
                 best = found
@@ -112,9 +112,16 @@ def find_support(
     return NO_SUPPORT if best is None else Support(_plane_of_all(xyz, best, distance), best)
 
 
-def fitted(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> tuple[FloatArray, float]:
-    """Fit a plane by least squares to the points (N, 3) within `distance` (m) of it, until these settle."""
-    count = -1
+def speaks_against_sensor(found: Judged) -> bool:
+    """Return whether a plane is such that the sensor can hardly be where it is said to be."""
+    return found.share >= LARGE and (found.hidden > DOUBT or found.offset < IN_PLANE)
+
+
+def fitted(
+    xyz: FloatArray, normal: FloatArray, offset: float, distance: float | FloatArray
+) -> tuple[FloatArray, float]:
+    """Fit a plane by least squares to the points (N, 3) within `distance`, m, all alike or (N,), until these settle."""
+    count, distance = -1, np.ascontiguousarray(np.broadcast_to(np.float64(distance), len(xyz)))
     for _ in range(REFINEMENTS):
         moments = plane_moments(xyz, normal, offset, distance)
         if moments[0] < 3 or moments[0] == count:

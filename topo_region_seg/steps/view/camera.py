@@ -12,7 +12,46 @@ import math
 import numpy as np
 
 from topo_region_seg.compiled.dialect import kernel
-from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.data import BoolArray, FloatArray, IntArray
+
+WIDEST = 60.0
+"""Angle from the middle of the view, degrees, up to which a cloud is taken for a camera's."""
+NEAREST = 0.05
+"""Least distance of a camera's point, metres."""
+STRAY = 0.02
+"""Share of the points that may be nearer, or farther off the middle of the view, than a camera's points are."""
+
+
+def strays_of(sample: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return the axes (3, 3) of the camera that saw a sample of points (N, 3), metres, and which of these it could not.
+
+    The rows of the axes are the image's right, down, and the middle of the view; those of the sensor if it looks along
+    z.
+    """
+    distance = np.maximum(np.linalg.norm(sample, axis=1), 1e-12)
+    axes = _axes(sample / distance[:, None])
+    depth = seen_from(sample, axes)[:, 2]
+    strays: BoolArray = (distance < NEAREST) | (depth < distance * math.cos(math.radians(WIDEST)))
+    return axes, strays
+
+
+def camera_axes(sample: FloatArray) -> FloatArray | None:
+    """Return the axes (3, 3) of the camera that saw a sample of points (N, 3), metres; None if no camera did."""
+    if len(sample) < 2:
+        return None
+    axes, strays = strays_of(sample)
+    return None if np.mean(strays) > STRAY else axes
+
+
+def _axes(directions: FloatArray) -> FloatArray:
+    """Return the axes whose third is the middle of the view; those of the sensor where that looks along z."""
+    middle = directions.mean(axis=0)
+    middle /= max(float(np.linalg.norm(middle)), 1e-12)
+    if middle[2] > math.cos(math.radians(WIDEST / 2.0)):
+        return np.eye(3)
+    side = np.cross(middle, np.eye(3)[int(np.argmin(np.abs(middle)))])
+    side /= np.linalg.norm(side)
+    return np.array([side, np.cross(middle, side), middle])
 
 
 @kernel

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figure and ground: how sure it is that a segment is a thing, told along its outline.
+
+A thing hides what is beyond its outline, or stands on the support. A wall, the rim of a bin or the floor behind a table
+is hidden by what is before it, ends where the view ends, or lies beside the support. A robot's own arm is cut by the
+image's near edge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.data import BoolArray, FloatArray, IntArray
+from topo_region_seg.steps.view.grid import Single
+from topo_region_seg.steps.view.label_image import Labels
+from topo_region_seg.steps.view.outlines import AT_EDGE, OCCLUDED, OWN, TOUCHING, Relations, relations
+from topo_region_seg.steps.view.scene import BEHIND, STRUCTURE, SUPPORT, Classes, Scene, Surface
+from topo_region_seg.steps.view.table import DepthTable, at_depth
+
+BESIDE = 0.5
+"""What touching another segment counts for, where hiding something or standing on the support counts 1."""
+CUT = 6.0
+"""What an outline pixel that the image's edge cuts counts against a thing."""
+CUT_ON_SUPPORT = 1.5
+"""The same where the support goes on beside it along that edge: things reach out of the view, too."""
+OFF_SUPPORT = 0.8
+"""By how much the confidence falls where most of a segment lies beside the support."""
+NEAR_SUPPORT = 0.3
+"""Distance from the support's footprint, times its shorter side, up to which points are above it: much of a table may
+be hidden, or have no depth."""
+LOW, FEW = 2.5, 1000
+"""Height above the support, times its margin, that a segment of fewer than so many pixels needs: less is noise."""
+HIGH = 0.97
+"""Share of a segment's pixels that are no higher than it counts."""
+
+
+def with_ground(label: Labels, classes: Classes, n: int) -> Labels:
+    """Return labels (P,), below `n`, and in their gaps the classes of the ground: support `n`, behind it, structure."""
+    code = np.zeros(5, np.int32)
+    code[SUPPORT], code[BEHIND], code[STRUCTURE] = n, n + 1, n + 2
+    return filled(label, classes, code)
+
+
+@kernel
+def filled(label: Labels, classes: Classes, code: Labels) -> Labels:
+    """Return labels (P,) with the `code` of its class in place of label 0."""
+    both = np.empty_like(label)
+    for p in range(len(label)):
+        both[p] = label[p] if label[p] > 0 else code[classes[p]]
+    return both
+
+
+def relations_in(scene: Scene, label: Labels, n: int) -> Relations:
+    """Return what lies beyond the outlines of `n` labels, 0 included; the ground has labels from `n` on."""
+    grid, model = scene.grid, scene.model
+    both = with_ground(label, scene.classes, n)
+    return relations(both, grid.depth, grid.height, grid.width, n + 3, model.noise, model.pixel)
+
+
+def confidences(scene: Scene, label: Labels, found: Relations, n: int) -> FloatArray:
+    """Return how sure it is that each label is a thing, (n,), 0 to 1: the share of its outline that speaks for it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The frame.
+    label : (P,) int32
+        Segments of the pixels.
+    found : Relations
+        What lies beyond their outlines, as `relations_in` returns it.
+    n : int
+        Number of labels, 0 included.
+    """
+    total = found.totals(n)
+    every: BoolArray = np.ones(len(found.first), np.bool_)
+    beside = found.second < n
+
+    def share(kind: int, chosen: BoolArray) -> FloatArray:
+        counted = np.bincount(found.first[chosen], found.pixels[chosen, kind], n + 3)[:n]
+        shares: FloatArray = counted / total
+        return shares
+
+    grid = scene.grid
+    flanked = flanked_pixels(with_ground(label, scene.classes, n), grid.height, grid.width, n) / total
+    plus = share(OWN, every) + share(TOUCHING, ~beside & (found.second != n + 1)) + BESIDE * share(TOUCHING, beside)
+    minus = share(OCCLUDED, every) + share(TOUCHING, found.second == n + 1) + found.void[:n] / total
+    minus += CUT_ON_SUPPORT * flanked + CUT * np.maximum(found.frame[:n] / total - flanked, 0.0)
+    confidence: FloatArray = plus / np.maximum(plus + minus, 1e-9)
+    if scene.support is not None and scene.margin is not None:
+        size = np.bincount(label, minlength=n)
+        above, height = places_of(label, grid.xyz, grid.depth, n, scene.support, scene.margin)
+        confidence[above < 0.5 * size] *= OFF_SUPPORT
+        confidence[(height < LOW) & (size < FEW)] = 0.0
+    confidence[0] = 0.0
+    return confidence
+
+
+def places_of(
+    label: Labels, xyz: Single, depth: Single, n: int, support: Surface, margin: DepthTable
+) -> tuple[IntArray, FloatArray]:
+    """Return how many pixels of each label are above the support's footprint, and its height, margins, (n,) each."""
+    rows = np.flatnonzero(label)
+    near = NEAR_SUPPORT * support.side
+    above, height = feet(
+        rows,
+        label,
+        xyz,
+        depth,
+        n,
+        support.normal,
+        support.offset,
+        margin,
+        support.center,
+        support.axes,
+        support.hull,
+        near,
+    )
+    order = np.lexsort((height, label[rows]))
+    sizes = np.bincount(label[rows], minlength=n)
+    first = np.cumsum(sizes) - sizes
+    place = np.minimum(first + (HIGH * sizes).astype(np.int64), max(len(rows) - 1, 0))
+    highest = height[order][place] if len(rows) else np.zeros(n)
+    return above, np.where(sizes > 0, highest, 0.0)
+
+
+@kernel
+def feet(
+    rows: IntArray,
+    label: Labels,
+    xyz: Single,
+    depth: Single,
+    n: int,
+    normal: FloatArray,
+    offset: float,
+    margin: DepthTable,
+    center: FloatArray,
+    axes: FloatArray,
+    hull: FloatArray,
+    near: float,
+) -> tuple[IntArray, FloatArray]:
+    """Return how many pixels of each label are above a footprint, and the height of each of the `rows`, in margins."""
+    above, height = np.zeros(n, np.int64), np.empty(len(rows))
+    for i in range(len(rows)):
+        p = rows[i]
+        h, a, b = offset, 0.0, 0.0
+        for c in range(3):
+            h += normal[c] * xyz[p, c]
+            d = xyz[p, c] - center[c]
+            a += d * axes[c, 0]
+            b += d * axes[c, 1]
+        height[i] = h / at_depth(margin, np.float64(depth[p]))
+        within = True
+        for k in range(len(hull)):
+            within &= hull[k, 0] * a + hull[k, 1] * b + hull[k, 2] <= near
+        above[label[p]] += within
+    return above, height
+
+
+@kernel
+def flanked_pixels(both: Labels, height: int, width: int, n: int) -> FloatArray:
+    """Return how many pixels at the image's edge each segment (n,) has beside which the support goes on along it.
+
+    At the upper edge that is on both sides, at the left and right ones below. At the lower edge none count: what
+    comes in there is mostly the robot. `both` (P,) are labels with ground, where the support is `n`.
+    """
+    flanked = np.zeros(n)
+    for side in range(3):
+        # From left to right along the upper edge, downwards along the others.
+        start = 0 if side < 2 else width - 1
+        stride, inward = (1, width) if side == 0 else (width, 1 if side == 1 else -1)
+        before, run, count = 0, 0, 0
+        for i in range(width if side == 0 else height):
+            found = 0
+            for k in range(AT_EDGE + 1):
+                found = np.int64(both[start + i * stride + k * inward])
+                if found != 0:
+                    break
+            if found == 0:
+                continue
+            if found == run:
+                count += 1
+                continue
+            if 0 < run < n and found == n and (before == n or side > 0):
+                flanked[run] += count
+            before, run, count = run, found, 1
+    return flanked

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An organized frame before things are told apart in it: its sensor, its surfaces and its grooves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from topo_region_seg.beyond.objects.creases import grooves_of_grid
+from topo_region_seg.compiled.threads import in_parts, side_by_side
+from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
+from topo_region_seg.params import Params
+from topo_region_seg.steps.support.ground import scene_of
+from topo_region_seg.steps.support.judgement import judge
+from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
+from topo_region_seg.steps.support.surfaces import find_surfaces
+from topo_region_seg.steps.view.camera import camera_axes
+from topo_region_seg.steps.view.grid import Single, image_grid
+from topo_region_seg.steps.view.lengths import Lengths
+from topo_region_seg.steps.view.model import sensor_model
+from topo_region_seg.steps.view.scene import FREE, Scene
+
+
+def frame_scene(
+    xyz: FloatArray, rows: IntArray, height: int, width: int, params: Params, *, sensor_known: bool
+) -> tuple[Scene, Support] | None:
+    """Return the scene of a frame and its support; None if its points are no camera's.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64
+        Positions, metres, the sensor at the origin.
+    rows : (N,) int64
+        Their pixels.
+    height, width : int
+        Size of the image.
+    params : Params
+        Uses `remove_floor`, `floor_min_extent`, `floor_seed` and `object_floor_distance`.
+    sensor_known : bool
+        Whether the place of the sensor was given, as in `find_support`.
+    """
+    sample = np.ascontiguousarray(xyz[:: max(1, len(xyz) // SAMPLE)])
+    axes = camera_axes(sample)
+    if axes is None:
+        return None
+    grid = image_grid(xyz, rows, height, width, axes[2])
+    model = sensor_model(grid)
+    if model is None:
+        return None
+    surfaces = find_surfaces(grid, model, params.floor_min_extent, params.floor_seed) if params.remove_floor else []
+    default = next(row.default for row in params.table() if row.name == "object_floor_distance")
+    least = params.object_floor_distance
+    scene = scene_of(grid, model, surfaces, least, exact=least != default, axes=axes)
+    if scene.support is None or scene.margin is None:
+        return scene, NO_SUPPORT
+    normal, offset = scene.support.normal, scene.support.offset
+    judged = judge(sample, normal, offset, float(np.median(scene.margin.value)), 0.0)
+    if judged is not None and not sensor_known and speaks_against_sensor(judged):
+        return scene_of(grid, model, [], least, exact=False, axes=axes), Support(None, judged)
+    plane = Plane(normal=(float(normal[0]), float(normal[1]), float(normal[2])), offset=offset)
+    return scene, Support(plane, judged)
+
+
+def free_points(scene: Scene, rows: IntArray) -> IntArray:
+    """Return which of the points at pixels `rows` (N,) may belong to things."""
+    return np.flatnonzero(scene.classes[rows] == FREE)
+
+
+def grooves_in(scene: Scene, normals: FloatArray, rows: IntArray, lengths: Lengths, params: Params) -> BoolArray:
+    """Return which points (N,), at pixels `rows`, lie in a groove, as `find_grooves` does in a tree."""
+    placed: Single = np.full((len(scene.classes), 3), np.nan, np.float32)
+    placed[rows] = normals
+    found = np.zeros(len(rows), np.bool_)
+    limits = params.object_border_radius, scene.model.pixel, math.radians(params.object_groove_angle)
+    given = scene.grid, placed, rows, lengths, *limits
+    side_by_side(grooves_of_grid, [(*given, first, end, found) for first, end in in_parts(len(rows))])
+    return found

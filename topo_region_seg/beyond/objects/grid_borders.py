@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How convex the borders between regions are, judged between pixels of the image grid, so also across gaps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from topo_region_seg.beyond.objects.convexity import FREE, Borders, longer, place_of
+from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.steps.view.grid import ImageGrid, Single
+from topo_region_seg.steps.view.label_image import Labels
+from topo_region_seg.steps.view.lengths import Lengths, scale_at
+
+TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
+PARTS = (0.15, 0.3, 0.5, 0.8)
+"""Shares of the reach at which pixels are looked at."""
+
+
+@kernel
+def grid_borders(
+    grid: ImageGrid, normals: Single, label: Labels, lengths: Lengths, reach: float, pixel: float
+) -> Borders:
+    """Judge pairs of pixels of different labels, up to `reach` (m, times the scale at their depth) apart.
+
+    A pair is convex as in `find_borders`. `label` (P,) is 0 for pixels that judge nothing; `pixel` is the angle between
+    pixels, radians.
+    """
+    slot, key, figures, count = np.full(1024, FREE), np.empty(256, np.int64), np.empty((256, 3)), 0
+    width, height = grid.width, grid.height
+    last, border = np.int64(FREE), 0
+    for p in range(len(label)):
+        own = np.int64(label[p])
+        if own == 0:
+            continue
+        x0, y0 = p % width, p // width
+        z = np.float64(grid.depth[p])
+        own_reach = scale_at(lengths, z) * reach
+        for part in PARTS:
+            px = part * own_reach / (pixel * z)
+            straight, slanted = max(1, round(px)), max(1, round(0.71 * px))
+            for direction in range(4):
+                right, left = straight if direction == 0 else slanted, -slanted
+                dx = left if direction == 3 else (0 if direction == 1 else right)
+                dy = 0 if direction == 0 else (straight if direction == 1 else slanted)
+                x, y = x0 + dx, y0 + dy
+                if x < 0 or x >= width or y >= height:
+                    continue
+                q = y * width + x
+                theirs = np.int64(label[q])
+                if theirs == 0 or theirs == own:
+                    continue
+                d2, opening = 0.0, 0.0
+                for c in range(3):
+                    e = np.float64(grid.xyz[p, c]) - np.float64(grid.xyz[q, c])
+                    d2 += e * e
+                    opening += (np.float64(normals[p, c]) - np.float64(normals[q, c])) * e
+                distance = math.sqrt(d2)
+                if not distance <= own_reach:
+                    continue
+                wanted = (min(own, theirs) << 32) | max(own, theirs)
+                if wanted != last:
+                    last = wanted
+                    if count + 1 > len(key):
+                        key, figures = longer(key, figures)
+                        slot = np.full(4 * len(key), FREE)
+                        for known in range(count):
+                            slot[place_of(slot, key, key[known])] = known
+                    free = place_of(slot, key, wanted)
+                    if slot[free] == FREE:
+                        slot[free] = count
+                        key[count] = wanted
+                        figures[count, 0], figures[count, 1], figures[count, 2] = 0.0, 0.0, np.inf
+                        count += 1
+                    border = slot[free]
+                figures[border, 0] += 1.0
+                figures[border, 1] += 1.0 if opening > -TOLERANCE * distance else 0.0
+                figures[border, 2] = min(figures[border, 2], distance)
+    order = np.argsort(key[:count])
+    found, figures = key[order], figures[order]
+    return Borders(found >> 32, found & 0xFFFFFFFF, figures[:, 0].copy(), figures[:, 1].copy(), figures[:, 2].copy())
