@@ -154,7 +154,7 @@ def test_stereo_leaves_rims_and_smears_outlines() -> None:
 
 
 def test_time_of_flight_noise_grows_with_the_distance_and_with_the_angle() -> None:
-    sensor = TimeOfFlight(wiggle=0.0, blur=0.01)
+    sensor = TimeOfFlight(wiggle=(0.0, 1.0), blur=0.01)
     for z, cosine in ((0.5, 1.0), (2.0, 1.0), (1.0, 0.25)):
         error = observed(sensor, np.full((200, 200), z), cosine=cosine) - z
         assert np.nanstd(error) == pytest.approx(sensor.sigma * z / math.sqrt(cosine), rel=0.05)
@@ -166,12 +166,12 @@ def test_time_of_flight_errs_the_same_in_every_frame() -> None:
     depth = np.broadcast_to(np.linspace(0.8, 2.3, 300), (20, 300))
     first, other = (observed(sensor, depth, seed) - depth for seed in (1, 2))
     np.testing.assert_allclose(first, other)
-    assert np.nanmax(np.abs(first)) == pytest.approx(sensor.wiggle, rel=0.1)
+    assert np.nanmax(np.abs(first)) == pytest.approx(sensor.wiggle[0], rel=0.1)
 
 
 def test_time_of_flight_mixes_two_surfaces_in_a_pixel_and_drops_some_of_them() -> None:
     for dropped in (0.0, 0.5, 1.0):
-        seen = observed(TimeOfFlight(sigma=0.0, wiggle=0.0, dropped=dropped), step_edge())
+        seen = observed(TimeOfFlight(sigma=0.0, wiggle=(0.0, 1.0), dropped=dropped), step_edge())
         mixed = (seen > 1.05) & (seen < 1.45)
         assert not mixed[:38].any() and not mixed[42:78, 62:98].any()
         assert (mixed.sum() > 50) == (dropped < 1.0)

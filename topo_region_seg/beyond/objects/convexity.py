@@ -15,6 +15,7 @@ from topo_region_seg.compiled.walks import PAIR_LEVELS, next_pair
 from topo_region_seg.data import FloatArray, IntArray
 
 FREE = -1
+TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
 
 
 class Borders(NamedTuple):

@@ -8,13 +8,12 @@ import math
 
 import numpy as np
 
-from topo_region_seg.beyond.objects.convexity import FREE, Borders, longer, place_of
+from topo_region_seg.beyond.objects.convexity import FREE, TOLERANCE, Borders, longer, place_of
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.lengths import Lengths, scale_at
 
-TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
 PARTS = (0.15, 0.3, 0.5, 0.8)
 """Shares of the reach at which pixels are looked at."""
 

@@ -3,7 +3,7 @@
 """From regions to objects: regions whose borders are convex are faces of one body.
 
 What is convex is told by the pairs of points at a border (Stein et al., Object Partitioning using Local Convexity,
-CVPR 2014). The surest border is opened first, and the borders of what it unites are judged anew, with the pairs of
+CVPR 2014). The surest border is opened first, and the borders of what it unites are judged again, with the pairs of
 both. Fragments at edges, where normals are mixed, then go to what is nearest, unless that border is plainly concave,
 and so, in the end, do the points in grooves, which are in no region.
 """
@@ -15,7 +15,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from topo_region_seg.beyond.objects.continuation import regions_along
-from topo_region_seg.beyond.objects.convexity import Borders, find_borders
+from topo_region_seg.beyond.objects.convexity import TOLERANCE, Borders, find_borders
+from topo_region_seg.beyond.objects.uniting import ENOUGH, unite_convex
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.partition import count_off, uniform_regions
@@ -23,9 +24,6 @@ from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.params import Params
 
-TOLERANCE = 0.1  # sine of the angle by which noise may close a pair of normals that is taken for convex
-ENOUGH = 20  # pairs of points that a border needs to be judged
-INDEPENDENT = 20.0  # pairs of points that tell about as much as one that shares no point with others
 ACROSS = 3.0  # how much more distance off the plane of a neighbor counts than distance along it, for points in grooves
 NONE = -1
 
@@ -82,39 +80,10 @@ def _borders(tree: Tree, blocks: FloatArray, region: IntArray, params: Params) -
 
 
 def _unite_convex(borders: Borders, body: BoolArray, share: float) -> IntArray:
-    """Unite the regions that are no fragments across convex borders, the surest first; return the group of each."""
-    group = np.arange(len(body))
+    """Unite bodies across their convex borders; return the group of each region."""
     between = body[borders.first] & body[borders.second]
-    columns = [np.asarray(column)[between] for column in borders]
-    known: dict[tuple[int, int], tuple[float, float]] = {
-        (int(a), int(b)): (pairs, convex) for a, b, pairs, convex, _ in zip(*columns, strict=True)
-    }
-    sure = {border: s for border, figures in known.items() if (s := _surety(*figures, share)) is not None}
-    while sure:
-        a, b = max(sure, key=lambda border: (sure[border], border))
-        group[group == b] = a
-        for border in [border for border in known if b in border]:
-            pairs, convex = known.pop(border)
-            sure.pop(border, None)
-            other = border[0] + border[1] - b
-            if other == a:
-                continue
-            joined = (min(a, other), max(a, other))
-            more_pairs, more_convex = known.get(joined, (0.0, 0.0))
-            known[joined] = pairs + more_pairs, convex + more_convex
-            if (surety := _surety(*known[joined], share)) is None:
-                sure.pop(joined, None)
-            else:
-                sure[joined] = surety
-    return group
-
-
-def _surety(pairs: float, convex: float, share: float) -> float | None:
-    """Return the lower bound of the convex share of a border, a standard error below it; None if it is not convex."""
-    if pairs < ENOUGH or convex <= share * pairs:
-        return None
-    found, independent = convex / pairs, pairs / INDEPENDENT
-    return float(found - np.sqrt(found * (1.0 - found) / independent + 0.25 / independent**2))
+    pairs = np.where(between, borders.pairs, 0.0)
+    return unite_convex(borders._replace(pairs=pairs, convex=np.where(between, borders.convex, 0.0)), len(body), share)
 
 
 def _take_in_fragments(borders: Borders, group: IntArray, size: IntArray, body: BoolArray, params: Params) -> IntArray:

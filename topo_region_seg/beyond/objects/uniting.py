@@ -47,11 +47,12 @@ def unite_convex(borders: Borders, n_regions: int, share: float) -> IntArray:
         after[2 * e + 1], head[b[e]] = head[b[e]], 2 * e + 1
         sure = surety(pairs[e], convex[e], share)
         if sure != NOT_SURE:
-            heapq.heappush(heap, (-sure, a[e], b[e], np.int64(e)))
+            heapq.heappush(heap, (-sure, -a[e], -b[e], np.int64(e)))
     alive = np.ones(n, np.bool_)
     border_with = np.full(n_regions, NONE)
     while len(heap):
         sure, p, q, e = heapq.heappop(heap)
+        p, q = -p, -q
         if not alive[e] or a[e] != p or b[e] != q or surety(pairs[e], convex[e], share) != -sure:
             continue
         alive[e] = False
@@ -80,7 +81,7 @@ def unite_convex(borders: Borders, n_regions: int, share: float) -> IntArray:
                     after[entry], left = left, entry
                 now = surety(pairs[f], convex[f], share)
                 if now != NOT_SURE:
-                    heapq.heappush(heap, (-now, a[f], b[f], np.int64(f)))
+                    heapq.heappush(heap, (-now, -a[f], -b[f], np.int64(f)))
             entry = following
         head[p], head[q] = left, NONE
         entry = left

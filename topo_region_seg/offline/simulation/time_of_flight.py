@@ -30,7 +30,7 @@ class TimeOfFlight:
         Standard deviation of the depth of a surface that is seen straight on at 1 m, metres.
     blur : float
         Standard deviation of the spot that a pixel sees, pixels.
-    wiggle, wave : float
+    wiggle : tuple of float
         Amplitude and period over depth of the periodic error, metres.
     dimmest : float
         Light that comes back, in that of a surface that is seen straight on at 1 m, below which there is no depth.
@@ -44,8 +44,7 @@ class TimeOfFlight:
 
     sigma: float = 0.0012
     blur: float = 0.6
-    wiggle: float = 0.0015
-    wave: float = 0.75
+    wiggle: tuple[float, float] = (0.0015, 0.75)
     dimmest: float = 0.01
     flying: float = 0.03
     dropped: float = 0.5
@@ -57,7 +56,8 @@ class TimeOfFlight:
         near = np.where(seen, depth, 1.0)
         light = np.where(seen, np.clip(cosine, 0.0, 1.0) / near**2, 0.0)
         mixed = averaged(near, light, self.blur)
-        mixed += self.wiggle * np.sin(2.0 * np.pi * mixed / self.wave)
+        amplitude, period = self.wiggle
+        mixed += amplitude * np.sin(2.0 * np.pi * mixed / period)
         received = ndimage.gaussian_filter(light, self.blur, mode="nearest")
         mixed += self.sigma / np.sqrt(np.maximum(received, 1e-6)) * rng.normal(size=depth.shape)
         filled = np.where(np.isfinite(mixed), mixed, 0.0)
