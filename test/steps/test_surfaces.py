@@ -46,7 +46,7 @@ def test_the_table_is_the_support_and_not_the_wall(camera) -> None:
     if camera is LEVEL:  # what is lower than the table is behind it
         wall = frame.body == WALL
         assert wall.mean() > 1.5 * (frame.body == TABLE).mean()
-        assert share(scene, wall, FREE) < 0.03 and share(scene, wall, STRUCTURE) > 0.5
+        assert share(scene, wall, FREE) < 0.05 and share(scene, wall, STRUCTURE) > 0.5
 
 
 def test_surfaces_are_finite_planes_with_unit_normals_towards_the_sensor() -> None:
