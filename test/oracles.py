@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
 from topo_region_seg.api import persistent_components
+from topo_region_seg.beyond.objects.convexity import Borders
 from topo_region_seg.params import Params
 
 Array = npt.NDArray[np.float64]
@@ -137,3 +138,24 @@ def check_against_oracles(points: Points, params: Params, steps: int = 10) -> No
     np.testing.assert_array_equal(result.death, elder_rule_deaths(n, pairs, lengths))
     for scale, count in zip(result.scales(steps), result.counts(steps), strict=True):
         assert count == len(np.unique(partition(n, pairs[lengths <= scale])))
+
+
+def unite_by_hand(borders: Borders, body: npt.NDArray[np.bool_], share: float) -> npt.NDArray[np.int64]:
+    """Judge all borders of the present groups, unite those of the surest, and begin again."""
+    group = np.arange(len(body))
+    while True:
+        sums: dict[tuple[int, int], Array] = {}
+        for a, b, pairs, convex in zip(borders.first, borders.second, borders.pairs, borders.convex, strict=True):
+            low, high = sorted((int(group[a]), int(group[b])))
+            if body[a] and body[b] and low != high:
+                sums[low, high] = sums.get((low, high), np.zeros(2)) + (pairs, convex)
+        sure = []
+        for border, (pairs, convex) in sums.items():
+            if pairs >= 20.0 and convex / pairs > share:
+                # Wilson's standard error, with twenty pairs for one that is independent.
+                n, p = pairs / 20.0, convex / pairs
+                sure.append((p - np.sqrt(p * (1.0 - p) / n + 1.0 / (4.0 * n * n)), border))
+        if not sure:
+            return group
+        _, (a, b) = max(sure)
+        group[group == b] = a

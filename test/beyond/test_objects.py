@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
+from oracles import unite_by_hand
 from places import SHARED
 from scipy.spatial import cKDTree
 
@@ -227,27 +228,6 @@ def test_objects_of_the_labelled_recording() -> None:
     frames = evaluate(Task(source, params, program_version(), 0, None, 12)).frames
     mean = {name: np.mean([frame.measures[name] for frame in frames]) for name in ("wov", "fos", "fus")}
     assert mean["wov"] > 0.975 and mean["fos"] < 0.017 and mean["fus"] < 0.02
-
-
-def unite_by_hand(borders: Borders, body: npt.NDArray[np.bool_], share: float) -> npt.NDArray[np.int64]:
-    """Judge all borders of the present groups, unite those of the surest, and begin again."""
-    group = np.arange(len(body))
-    while True:
-        sums: dict[tuple[int, int], Floats] = {}
-        for a, b, pairs, convex in zip(borders.first, borders.second, borders.pairs, borders.convex, strict=True):
-            low, high = sorted((int(group[a]), int(group[b])))
-            if body[a] and body[b] and low != high:
-                sums[low, high] = sums.get((low, high), np.zeros(2)) + (pairs, convex)
-        sure = []
-        for border, (pairs, convex) in sums.items():
-            if pairs >= 20.0 and convex / pairs > share:
-                # Wilson's standard error, with twenty pairs for one that is independent.
-                n, p = pairs / 20.0, convex / pairs
-                sure.append((p - np.sqrt(p * (1.0 - p) / n + 1.0 / (4.0 * n * n)), border))
-        if not sure:
-            return group
-        _, (a, b) = max(sure)
-        group[group == b] = a
 
 
 @pytest.mark.parametrize("seed", range(40))
