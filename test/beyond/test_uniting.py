@@ -110,7 +110,7 @@ FLAT = 24, 30
 
 
 def spread(label: npt.NDArray[np.int32], todo, rounds: int, depth=None) -> npt.NDArray[np.int32]:
-    xyz, true = plane(*FLAT, 0.002, (0.0, 0.0), 1.0, lambda z: 0.0 * z, 0)
+    xyz, _ = plane(*FLAT, 0.002, (0.0, 0.0), 1.0, lambda z: 0.0 * z, 0)
     if depth is not None:
         xyz = xyz * depth[:, None]
     normals = np.tile(np.float32([0, 0, -1]), (len(xyz), 1))
@@ -158,7 +158,7 @@ def test_a_pixel_without_a_label_goes_to_the_plane_that_it_continues() -> None:
 
 
 def one_fragment(touching: float, hidden: float, size: int, pairs: float = 100.0, convex: float = 50.0) -> Borders:
-    """Return what is left of the border between a large label 1 and label 2, which it touches with 100 pixels in all."""
+    """Return what is left of the border between a large label 1 and label 2, of 100 outline pixels."""
     counts = np.array([[0.0, touching, hidden], [hidden, touching, 100.0 - touching - hidden]])
     found = Relations(np.array([1, 2]), np.array([2, 1]), counts, np.zeros(6), np.zeros(6))
     given = Borders(np.array([1]), np.array([2]), np.array([pairs]), np.array([convex]), np.zeros(1))

@@ -10,7 +10,7 @@ from oracles import Array
 
 from topo_region_seg.data import Plane
 from topo_region_seg.steps.support.hypotheses import best_hypothesis
-from topo_region_seg.steps.support.search import MISS, find_support
+from topo_region_seg.steps.support.search import MISS, find_support, fitted
 
 
 def support(xyz: Array) -> Plane | None:
@@ -100,8 +100,37 @@ def test_triples_are_drawn_until_a_miss_is_unlikely() -> None:
     on = np.flatnonzero(np.abs(xyz[:, 2]) < 1e-9)
     off = np.flatnonzero(xyz[:, 2] > 1.0)
     triples = np.concatenate([rng.choice(off, (500, 3)), on[None, :3]])
-    assert best_hypothesis(xyz, triples, 1e-3, 100.0, MISS)[2] == 400
-    assert best_hypothesis(xyz, triples, 1e-3, 400.0, MISS)[2] < 400
+    near = np.full(1000, 1e-3)
+    assert best_hypothesis(xyz, triples, near, 100.0, MISS)[2] == 400
+    assert best_hypothesis(xyz, triples, near, 400.0, MISS)[2] < 400
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_each_point_is_on_a_plane_within_a_distance_of_its_own(seed: int) -> None:
+    """One triple, so one plane: its inliers, and the fit to them, against NumPy."""
+    rng = np.random.default_rng(seed)
+    xyz = np.column_stack([rng.random((300, 2)), 2.0 + rng.normal(0.0, 0.01, 300)])
+    near = rng.uniform(0.001, 0.03, 300)
+    normal, offset, inliers = best_hypothesis(xyz, np.array([[0, 1, 2]]), near, 3.0, MISS)
+    wanted = np.cross(xyz[1] - xyz[0], xyz[2] - xyz[0])
+    wanted /= np.linalg.norm(wanted)
+    assert abs(wanted @ normal) == pytest.approx(1.0)
+    on = np.abs((xyz - xyz[0]) @ wanted) <= near
+    if 2 * on[:128].sum() * 300 >= 3.0 * 128:
+        assert inliers == on.sum() and offset == pytest.approx(-normal @ xyz[0])
+
+
+def test_a_plane_is_fitted_to_the_points_within_their_distances() -> None:
+    """Half of the points lie 5 mm higher, too far for them, though not for the others."""
+    rng = np.random.default_rng(0)
+    xyz = np.column_stack([rng.random((300, 2)), 2.0 + rng.normal(0.0, 0.001, 300)])
+    xyz[150:, 2] += 0.005
+    fit, far = fitted(xyz, np.array([0.0, 0.0, -1.0]), 2.0, np.repeat([0.01, 0.0005], 150))
+    on = np.abs(xyz @ fit + far) <= np.repeat([0.01, 0.0005], 150)
+    assert on[:150].all() and not on[150:].any()
+    middle = xyz[:150].mean(axis=0)
+    least = np.linalg.svd(xyz[:150] - middle)[2][2]
+    assert abs(least @ fit) == pytest.approx(1.0, abs=1e-9) and far == pytest.approx(-fit @ middle)
 
 
 @pytest.mark.parametrize("places", [1, 2, 5, 20])

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -153,7 +155,7 @@ def beyond_outlines(label: Ints, depth: Array, n: int, noise: DepthTable, pixel:
         seen = [i for i in range(len(labels)) if labels[i] > 0]
         for i, room in ((seen[0], seen[0]), (seen[-1], len(labels) - 1 - seen[-1])) if seen else ():
             (frame if room <= 4 else void)[labels[i]] += 1
-        for i, j in zip(seen, seen[1:], strict=False):
+        for i, j in pairwise(seen):
             if labels[i] == labels[j]:
                 continue
             step = max(0.008, 4.0 * np.interp(z[i], depths, noise.value)) + 3.0 * (j - i) * pixel * z[i]

@@ -23,8 +23,14 @@ BESIDE = 0.5
 """What touching another segment counts for, where hiding something or standing on the support counts 1."""
 CUT = 6.0
 """What an outline pixel that the image's edge cuts counts against a thing."""
-CUT_ON_SUPPORT = 1.5
-"""The same where the support goes on beside it along that edge: things reach out of the view, too."""
+CUT_IN_SIGHT = 1.0
+"""The same where the support, or another thing on it, goes on beside it along that edge: things reach out of the view,
+too."""
+HIDING, CUT_HIDING_NOTHING = 0.1, 2.0
+"""Share of its outline that such a thing hides something with at the least, and what counts if it does not: where a
+table bends, it hides nothing."""
+LARGE = 0.04
+"""Share of the image from which on what comes in at the lower edge is taken for the robot itself."""
 OFF_SUPPORT = 0.8
 """By how much the confidence falls where most of a segment lies beside the support."""
 NEAR_SUPPORT = 0.3
@@ -83,13 +89,15 @@ def confidences(scene: Scene, label: Labels, found: Relations, n: int) -> FloatA
         return shares
 
     grid = scene.grid
-    flanked = flanked_pixels(with_ground(label, scene.classes, n), grid.height, grid.width, n) / total
+    size = np.bincount(label, minlength=n)
+    both = with_ground(label, scene.classes, n)
+    flanked = flanked_pixels(both, grid.height, grid.width, n, size < LARGE * len(label)) / total
     plus = share(OWN, every) + share(TOUCHING, ~beside & (found.second != n + 1)) + BESIDE * share(TOUCHING, beside)
     minus = share(OCCLUDED, every) + share(TOUCHING, found.second == n + 1) + found.void[:n] / total
-    minus += CUT_ON_SUPPORT * flanked + CUT * np.maximum(found.frame[:n] / total - flanked, 0.0)
+    in_sight = np.where(share(OWN, every) >= HIDING, CUT_IN_SIGHT, CUT_HIDING_NOTHING)
+    minus += in_sight * flanked + CUT * np.maximum(found.frame[:n] / total - flanked, 0.0)
     confidence: FloatArray = plus / np.maximum(plus + minus, 1e-9)
     if scene.support is not None and scene.margin is not None:
-        size = np.bincount(label, minlength=n)
         above, height = places_of(label, grid.xyz, grid.depth, n, scene.support, scene.margin)
         confidence[above < 0.5 * size] *= OFF_SUPPORT
         confidence[(height < LOW) & (size < FEW)] = 0.0
@@ -159,19 +167,22 @@ def feet(
 
 
 @kernel
-def flanked_pixels(both: Labels, height: int, width: int, n: int) -> FloatArray:
-    """Return how many pixels at the image's edge each segment (n,) has beside which the support goes on along it.
+def flanked_pixels(both: Labels, height: int, width: int, n: int, small: BoolArray) -> FloatArray:
+    """Return how many pixels at the image's edge each segment (n,) has beside which the view goes on along that edge.
 
-    At the upper edge that is on both sides, at the left and right ones below. At the lower edge none count: what
-    comes in there is mostly the robot. `both` (P,) are labels with ground, where the support is `n`.
+    That is where the support is, or another segment: on both sides at the upper and lower edges, below at the left and
+    right ones. At the lower edge only those count that are `small` (n,). `both` (P,) are labels with ground, where the
+    support is `n`.
     """
     flanked = np.zeros(n)
-    for side in range(3):
-        # From left to right along the upper edge, downwards along the others.
-        start = 0 if side < 2 else width - 1
-        stride, inward = (1, width) if side == 0 else (width, 1 if side == 1 else -1)
+    for side in range(4):
+        # From left to right along the upper and lower edges, downwards along the others.
+        level = side < 2
+        start = (height - 1) * width if side == 1 else (width - 1 if side == 3 else 0)
+        stride = 1 if level else width
+        inward = (width if level else 1) * (1 if side == 0 or side == 2 else -1)
         before, run, count = 0, 0, 0
-        for i in range(width if side == 0 else height):
+        for i in range(width if level else height):
             found = 0
             for k in range(AT_EDGE + 1):
                 found = np.int64(both[start + i * stride + k * inward])
@@ -182,7 +193,7 @@ def flanked_pixels(both: Labels, height: int, width: int, n: int) -> FloatArray:
             if found == run:
                 count += 1
                 continue
-            if 0 < run < n and found == n and (before == n or side > 0):
+            if 0 < run < n and found <= n and (0 < before <= n or not level) and (small[run] or side != 1):
                 flanked[run] += count
             before, run, count = run, found, 1
     return flanked

@@ -13,14 +13,14 @@ from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
 from topo_region_seg.params import Params
 from topo_region_seg.steps.support.ground import scene_of
-from topo_region_seg.steps.support.judgement import judge
+from topo_region_seg.steps.support.judgement import Judged
 from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
 from topo_region_seg.steps.support.surfaces import find_surfaces
 from topo_region_seg.steps.view.camera import camera_axes
 from topo_region_seg.steps.view.grid import Single, image_grid
 from topo_region_seg.steps.view.lengths import Lengths
 from topo_region_seg.steps.view.model import sensor_model
-from topo_region_seg.steps.view.scene import FREE, Scene
+from topo_region_seg.steps.view.scene import BEHIND, FREE, Scene, Surface
 
 
 def frame_scene(
@@ -53,14 +53,31 @@ def frame_scene(
     default = next(row.default for row in params.table() if row.name == "object_floor_distance")
     least = params.object_floor_distance
     scene = scene_of(grid, model, surfaces, least, exact=least != default, axes=axes)
-    if scene.support is None or scene.margin is None:
+    largest = max(surfaces, key=lambda surface: surface.share, default=None)
+    if largest is not None and not sensor_known and scene.support in (None, largest):
+        judged = _judged(scene, largest)
+        if speaks_against_sensor(judged):
+            return scene_of(grid, model, [], least, exact=False, axes=axes), Support(None, judged)
+    if scene.support is None:
         return scene, NO_SUPPORT
     normal, offset = scene.support.normal, scene.support.offset
-    judged = judge(sample, normal, offset, float(np.median(scene.margin.value)), 0.0)
-    if judged is not None and not sensor_known and speaks_against_sensor(judged):
-        return scene_of(grid, model, [], least, exact=False, axes=axes), Support(None, judged)
     plane = Plane(normal=(float(normal[0]), float(normal[1]), float(normal[2])), offset=offset)
-    return scene, Support(plane, judged)
+    return scene, Support(plane, _judged(scene, scene.support))
+
+
+def _judged(scene: Scene, surface: Surface) -> Judged:
+    """Return what is known of a surface, as `judge` does of a plane."""
+    share = np.bincount(scene.classes, minlength=FREE + 1) / max(1, np.count_nonzero(scene.classes))
+    return Judged(
+        normal=surface.normal,
+        offset=surface.offset,
+        share=surface.share,
+        before=float(share[FREE]),
+        behind=float(share[BEHIND]),
+        carries=surface.front > 0.0,
+        seen_through=False,
+        hidden=surface.through,
+    )
 
 
 def free_points(scene: Scene, rows: IntArray) -> IntArray:

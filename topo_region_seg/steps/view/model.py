@@ -114,7 +114,7 @@ def grid_bends(
                 middle, last = np.float64(depth[p + apart * stride]), np.float64(depth[p + 2 * apart * stride])
                 if middle > 0.0 and last > 0.0:
                     bends[n_bends] = abs(1.0 / z - 2.0 / middle + 1.0 / last)
-                    # Their mean, with which the noise of the bend has nothing to do: that of one point would be part of it.
+                    # Their mean: unlike the depth of one of the points, it has nothing to do with the bend.
                     depths[n_bends] = (z + middle + last) / 3.0
                     n_bends += 1
     return angles[:n_angles].copy(), bends[:n_bends].copy(), depths[:n_bends].copy(), n_valid / max(seen, 1)
