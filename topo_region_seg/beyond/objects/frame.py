@@ -53,7 +53,7 @@ def frame_scene(
     default = next(row.default for row in params.table() if row.name == "object_floor_distance")
     least = params.object_floor_distance
     scene = scene_of(grid, model, surfaces, least, exact=least != default, axes=axes)
-    largest = max(surfaces, key=lambda surface: surface.share, default=None)
+    largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
     if largest is not None and not sensor_known and scene.support in (None, largest):
         judged = _judged(scene, largest)
         if speaks_against_sensor(judged):
