@@ -70,7 +70,14 @@ ROOMS = (
     Room(
         "core",
         ("data.py", "params.py", "segmentation.py", "pipeline.py"),
-        ("test_params.py", "test_config.py", "test_parameter_docs.py", "test_documents.py", *_PIPELINE),
+        (
+            "test_params.py",
+            "test_config.py",
+            "test_parameter_docs.py",
+            "test_documents.py",
+            "compiled/test_kernel_cache.py",
+            *_PIPELINE,
+        ),
         16,
     ),
     Room(
