@@ -41,6 +41,8 @@ SECONDS = BUILD / "mutants" / "seconds.json"
 """How long each test file takes with the unchanged sources: the fast ones are run first."""
 EQUIVALENT = Path(__file__).resolve().parent / "mutation" / "equivalent.yaml"
 
+SURVIVORS = EQUIVALENT.with_name("survivors.yaml")
+
 
 def parsed() -> argparse.Namespace:
     """Return the command line."""
@@ -110,7 +112,7 @@ def main() -> int:
     if args.id:
         mutants = [mutant for mutant in mutants if mutant.id in args.id]
     results = known(every, args.again, args.id)
-    equivalent = yaml.safe_load(EQUIVALENT.read_text(encoding="utf-8")) or {}
+    equivalent = _reasons(EQUIVALENT)
     left = [mutant for mutant in mutants if mutant.id not in results and mutant.id not in equivalent][: args.number]
     if args.list:
         for mutant in mutants:
@@ -118,7 +120,7 @@ def main() -> int:
             print(f"{mutant.id} {found:10} {mutant.file}:{mutant.line}: {mutant.before}  ->  {mutant.after}")
         return 0
     if args.publish:
-        PAGE.write_text(page(ROOT, every, results, equivalent), encoding="utf-8")
+        PAGE.write_text(page(ROOT, every, results, equivalent, _reasons(SURVIVORS)), encoding="utf-8")
         print(f"wrote {PAGE.relative_to(ROOT)}")
         return 0
     if left:
@@ -139,6 +141,10 @@ def main() -> int:
     counted = {name: found for name, found in results.items() if name not in equivalent}
     print(summary([room.name for room in ROOMS], counted, equivalent))
     return 0 if share_killed(counted.values()) >= ENOUGH else 1
+
+
+def _reasons(path: Path) -> dict[str, str]:
+    return yaml.safe_load(path.read_text(encoding="utf-8")) or {}
 
 
 def _write(results: dict[str, dict[str, Any]]) -> None:

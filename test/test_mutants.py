@@ -80,19 +80,20 @@ def test_the_page_tells_what_was_tried_and_what_was_not(chosen: list[Any]) -> No
         mutant.id: {"room": mutant.room, "result": result, "date": "2026-01-02"}
         for mutant, result in ((killed, "killed"), (survived, "survived"), (alike, "survived"), (late, "timeout"))
     }
-    text = page(ROOT, chosen, results, {alike.id: "Because."})
+    text = page(ROOT, chosen, results, {alike.id: "Because."}, {survived.id: "Why not."})
     assert "**67 %** of 3 changes were noticed" in text and "Tried on 2026-01-02, commit " in text
     assert (
         f"{len(chosen)} are chosen, 1 of them change nothing that can be seen, {len(chosen) - 4} were not tried" in text
     )
     assert "| all | 3 | 1 | 1 | 1 | 67 % |" in text
     unseen, _, nothing = text.partition("## Not noticed")[2].partition("## Nothing changes")
-    assert f"{survived.file}:{survived.line}" in unseen and "Because." not in unseen
+    assert f"{survived.file}:{survived.line}" in unseen and "Why not." in unseen and "Because." not in unseen
     assert f"{alike.file}:{alike.line}" in nothing and "Because." in nothing
 
 
-def test_what_counts_as_equal_has_a_reason() -> None:
-    listed = yaml.safe_load((ROOT / "scripts" / "mutation" / "equivalent.yaml").read_text(encoding="utf-8"))
+@pytest.mark.parametrize("file", ["equivalent.yaml", "survivors.yaml"])
+def test_what_is_listed_has_a_reason(file: str) -> None:
+    listed = yaml.safe_load((ROOT / "scripts" / "mutation" / file).read_text(encoding="utf-8"))
     for name, reason in listed.items():
         assert len(str(name)) == 10 and str(reason).endswith("."), name
 

@@ -26,8 +26,9 @@ def page(
     chosen: Sequence[Mutant],
     results: Mapping[str, Mapping[str, Any]],
     equivalent: Mapping[str, str],
+    reasons: Mapping[str, str],
 ) -> str:
-    """Return the page: how many changes were noticed in each room, and those that were not."""
+    """Return the page: how many changes were noticed in each room, and those that were not, with the `reasons` why."""
     counted = {mutant.id: results[mutant.id] for mutant in chosen if mutant.id in results}
     tried = {name: found for name, found in counted.items() if name not in equivalent}
     alike = [mutant for mutant in chosen if mutant.id in equivalent]
@@ -48,8 +49,8 @@ def page(
     lines.append(_row("all", list(tried.values())))
     survived = [mutant for mutant in chosen if tried.get(mutant.id, {}).get("result") == "survived"]
     if survived:
-        lines += ["", "## Not noticed", "", "| where | change |", "|---|---|"]
-        lines += [f"| {_place(mutant)} | {_change(mutant)} |" for mutant in survived]
+        lines += ["", "## Not noticed", "", "| where | change | why |", "|---|---|---|"]
+        lines += [f"| {_place(mutant)} | {_change(mutant)} | {reasons.get(mutant.id, '')} |" for mutant in survived]
     if alike:
         lines += ["", "## Nothing changes", "", "| where | change | why no test can tell |", "|---|---|---|"]
         lines += [f"| {_place(mutant)} | {_change(mutant)} | {equivalent[mutant.id]} |" for mutant in alike]

@@ -67,7 +67,19 @@ ROOMS = (
     Room("steps", ("steps", "growth.py"), _PIPELINE, 44),
     Room("kernels", ("compiled",), _PIPELINE, 24),
     Room("beyond", ("beyond",), ("beyond", "test_pipeline.py", "steps/test_scales.py"), 30),
-    Room("core", ("data.py", "params.py", "segmentation.py", "pipeline.py"), ("test_params.py", *_PIPELINE), 16),
+    Room(
+        "core",
+        ("data.py", "params.py", "segmentation.py", "pipeline.py"),
+        (
+            "test_params.py",
+            "test_config.py",
+            "test_parameter_docs.py",
+            "test_documents.py",
+            "compiled/test_kernel_cache.py",
+            *_PIPELINE,
+        ),
+        16,
+    ),
     Room(
         "cloud",
         ("cloud",),
