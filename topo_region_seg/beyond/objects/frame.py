@@ -54,7 +54,7 @@ def frame_scene(
     least = params.object_floor_distance
     scene = scene_of(grid, model, surfaces, least, exact=least != default, axes=axes)
     largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
-    if largest is not None and not sensor_known and scene.support in (None, largest):
+    if largest is not None and not sensor_known and (scene.support is None or scene.support is largest):
         judged = _judged(scene, largest)
         if speaks_against_sensor(judged):
             return scene_of(grid, model, [], least, exact=False, axes=axes), Support(None, judged)
@@ -67,7 +67,7 @@ def frame_scene(
 
 def _judged(scene: Scene, surface: Surface) -> Judged:
     """Return what is known of a surface, as `judge` does of a plane."""
-    share = np.bincount(scene.classes, minlength=FREE + 1) / max(1, np.count_nonzero(scene.classes))
+    share = np.bincount(scene.classes, minlength=FREE + 1) / max(1, int(np.count_nonzero(scene.classes)))
     return Judged(
         normal=surface.normal,
         offset=surface.offset,

@@ -65,11 +65,11 @@ def draws_needed(share: float, miss: float) -> int:
 
 
 @summing
-def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: FloatArray) -> FloatArray:
-    """Return count, sums and sums of products (10,) of the points within `distance`, (N,), m, of a plane."""
+def plane_moments(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> FloatArray:
+    """Return count, sums and sums of products (10,) of the points within `distance` (m) of a plane."""
     moments = NO_MOMENTS
     u, v, w = normal[0], normal[1], normal[2]
     for i in range(len(xyz)):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        moments = with_point(moments, abs(u * x + v * y + w * z + offset) <= distance[i], x, y, z)
+        moments = with_point(moments, abs(u * x + v * y + w * z + offset) <= distance, x, y, z)
     return np.array(moments)

@@ -117,11 +117,9 @@ def speaks_against_sensor(found: Judged) -> bool:
     return found.share >= LARGE and (found.hidden > DOUBT or found.offset < IN_PLANE)
 
 
-def fitted(
-    xyz: FloatArray, normal: FloatArray, offset: float, distance: float | FloatArray
-) -> tuple[FloatArray, float]:
-    """Fit a plane by least squares to the points (N, 3) within `distance`, m, all alike or (N,), until these settle."""
-    count, distance = -1, np.ascontiguousarray(np.broadcast_to(np.float64(distance), len(xyz)))
+def fitted(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> tuple[FloatArray, float]:
+    """Fit a plane by least squares to the points (N, 3) within `distance` (m) of it, until these settle."""
+    count = -1
     for _ in range(REFINEMENTS):
         moments = plane_moments(xyz, normal, offset, distance)
         if moments[0] < 3 or moments[0] == count:

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from topo_region_seg.data import BoolArray, FloatArray
 from topo_region_seg.steps.support.hypotheses import best_hypothesis
-from topo_region_seg.steps.support.search import MISS, fitted
+from topo_region_seg.steps.support.search import MISS
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.model import SensorModel
 from topo_region_seg.steps.view.outlines import OWN, relations
@@ -31,6 +31,8 @@ SMALLEST_SHARE = 0.03
 """Share of the points that a surface needs."""
 LEAST_TOLERANCE, TOLERANCE = 0.004, 2.5
 """Distance of a point of a surface from its plane: in metres at the least, and times the noise of the depth."""
+FITTED, REFINEMENTS = 5_000, 5
+"""About how many points a plane is fitted to, and how often."""
 GAPS = 2
 """Half the width, pixels of the coarse image, of gaps across which points are joined."""
 HIGH = 0.5
@@ -61,7 +63,8 @@ def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: 
         normal, offset, inliers = best_hypothesis(sample, triples, near[some], 3.0, MISS)
         if inliers < 3:
             break
-        normal, offset = fitted(points[rest], normal, offset, near[rest])
+        some = rest[:: max(1, len(rest) // FITTED)]
+        normal, offset = _fitted(points[some], near[some], normal, offset)
         on = left & (np.abs(points @ normal + offset) < near)
         if np.count_nonzero(on) < fewest:
             break
@@ -79,6 +82,20 @@ def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: 
                 label[valid & ~image] = 2
                 found.append((surface, label))
     return [_with_outline(surface, label, depth, model, step) for surface, label in found]
+
+
+def _fitted(points: FloatArray, near: FloatArray, normal: FloatArray, offset: float) -> tuple[FloatArray, float]:
+    """Fit a plane to the points on it, weighed by their noise: far ones, of which more are near it, do not turn it."""
+    for _ in range(REFINEMENTS):
+        on = np.abs(points @ normal + offset) < near
+        if np.count_nonzero(on) < 3:
+            break
+        mine, weight = points[on], near[on, None] ** -2
+        center = (mine * weight).sum(axis=0) / weight.sum()
+        apart = (mine - center) / near[on, None]
+        normal = np.linalg.eigh(apart.T @ apart)[1][:, 0]
+        offset = -float(normal @ center)
+    return normal, offset
 
 
 def _described(points: FloatArray, near: FloatArray, own: BoolArray) -> Surface | None:

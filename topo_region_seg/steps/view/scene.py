@@ -20,7 +20,7 @@ NOTHING, SUPPORT, BEHIND, STRUCTURE, FREE = range(5)
 belong to things."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """A finite plane ``normal · x + offset = 0`` in the frame of the sensor, its normal towards it.
 
@@ -56,7 +56,7 @@ class Surface:
     hull: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scene:
     """What is known of a frame before things are told apart in it.
 
