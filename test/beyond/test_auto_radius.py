@@ -304,3 +304,14 @@ def test_nothing_else_stands_for_it(value: object) -> None:
 def test_a_scale_cannot_be_given_and_chosen() -> None:
     with pytest.raises(ParameterError, match=r"radius = 0\.01, but max_radius is auto"):
         Params(max_radius="auto", radius=0.01)
+
+
+@pytest.mark.parametrize("height", [1, 96])
+def test_clutter_without_surfaces_is_no_noise_that_a_plane_takes(height: int) -> None:
+    """Depths that have nothing to do with those beside them: as noise, they would put everything on one plane."""
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[-0.5:0.5:96j, -0.6:0.6:128j]
+    depth = rng.uniform(1.0, 2.0, x.shape)
+    xyz = np.stack([x * depth, y * depth, depth], axis=2).reshape(-1, 3)
+    seg = Pipeline(AUTO.replace(remove_floor=True, features="normals")).run(Cloud(xyz, None, height, len(xyz) // height))
+    assert len(seg.index) > 0.8 * len(xyz)

@@ -42,6 +42,8 @@ WIDEN = 3.0
 """How many times as long noise may make the radius of normals. More would reach around most things on a table."""
 CLEAR = 2.5
 """How many times the noise points must be from the support plane."""
+THICKEST = 0.05
+"""Largest such distance, as a share of the depth: where there are no surfaces, all depth seems to be noise."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,8 @@ class LocalUnits:
 
     def floor_distance(self, growth: Growth) -> float:
         """Return how near to the support plane points belong to it, metres: as far as noise takes them."""
-        return max(growth.floor_distance * self.everywhere, CLEAR * self.noise * self.middle**2)
+        noisy = min(CLEAR * self.noise * self.middle**2, THICKEST * self.middle)
+        return max(growth.floor_distance * self.everywhere, noisy)
 
 
 def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> LocalUnits:
