@@ -38,6 +38,7 @@ from topo_region_seg.steps.scales.filtered_cloud import (
 )
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.small_regions.settle import settle_small_regions
+from topo_region_seg.steps.view.model import SensorModel
 from topo_region_seg.steps.view.scene import Surface
 
 STAGES = {"regions": "small_regions", "objects": "objects", "supervoxels": "supervoxels"}
@@ -101,6 +102,14 @@ class Segmentation:
         if scene is None:
             return ()
         return (() if scene.support is None else (scene.support,)) + scene.structure
+
+    @property
+    def sensor_model(self) -> SensorModel | None:
+        """What the frame tells of its sensor: the angle between pixels, the noise by depth, the share of valid pixels.
+
+        None unless the output is objects and the cloud is organized.
+        """
+        return None if self.filtered.scene is None else self.filtered.scene.model
 
     def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
         """Return the segmentation at another scale of the same filtration.

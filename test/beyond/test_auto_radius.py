@@ -313,5 +313,7 @@ def test_clutter_without_surfaces_is_no_noise_that_a_plane_takes(height: int) ->
     y, x = np.mgrid[-0.5:0.5:96j, -0.6:0.6:128j]
     depth = rng.uniform(1.0, 2.0, x.shape)
     xyz = np.stack([x * depth, y * depth, depth], axis=2).reshape(-1, 3)
-    seg = Pipeline(AUTO.replace(remove_floor=True, features="normals")).run(Cloud(xyz, None, height, len(xyz) // height))
+    seg = Pipeline(AUTO.replace(remove_floor=True, features="normals")).run(
+        Cloud(xyz, None, height, len(xyz) // height)
+    )
     assert len(seg.index) > 0.8 * len(xyz)

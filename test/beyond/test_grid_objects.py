@@ -146,6 +146,16 @@ def test_other_outputs_and_clouds_without_a_grid_have_no_confidence() -> None:
     assert len(seg.regions) and np.isnan(seg.regions.confidence).all()
 
 
+def test_the_sensor_and_the_surfaces_of_a_frame_are_told() -> None:
+    frame = looking(CAMERA, on_table(box(0.0, 0.0)))
+    seg = run(frame)
+    assert seg.sensor_model is not None and 0.0 < seg.sensor_model.pixel < 0.01
+    assert seg.plane is not None and seg.surfaces[0].offset == pytest.approx(seg.plane.offset)
+    np.testing.assert_allclose(seg.surfaces[0].normal, seg.plane.normal)
+    plain = Pipeline(Params(features="normals")).run(frame.cloud)
+    assert plain.sensor_model is None and plain.surfaces == ()
+
+
 def test_a_frame_with_nothing_on_the_table_has_no_objects() -> None:
     frame = looking(CAMERA, on_table())
     assert len(run(frame).regions) == 0
