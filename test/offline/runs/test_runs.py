@@ -78,7 +78,7 @@ def test_rejected_clouds_are_in_the_record_with_their_reason(tmp_path):
     record = open_run(tmp_path / "out.mcap").record
     assert record.frames == []
     assert [entry.reason for entry in record.rejected] == ["too_many_points"] * 3
-    assert "max_points: 10" in record.rejected[0].detail
+    assert "allow 10; raise max_points" in record.rejected[0].detail
 
 
 def test_truth_comes_from_where_the_run_was_made(sim_run):
