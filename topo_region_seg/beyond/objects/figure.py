@@ -21,6 +21,8 @@ from topo_region_seg.steps.view.table import DepthTable, at_depth
 
 BESIDE = 0.5
 """What touching another segment counts for, where hiding something or standing on the support counts 1."""
+BEHIND_ANOTHER = 0.7
+"""What being hidden by another segment counts against a thing, where anything else counts 1: in piles, things are."""
 CUT = 6.0
 """What an outline pixel that the image's edge cuts counts against a thing."""
 CUT_IN_SIGHT = 1.0
@@ -93,7 +95,12 @@ def confidences(scene: Scene, label: Labels, found: Relations, n: int) -> FloatA
     both = with_ground(label, scene.classes, n)
     flanked = flanked_pixels(both, grid.height, grid.width, n, size < LARGE * len(label)) / total
     plus = share(OWN, every) + share(TOUCHING, ~beside & (found.second != n + 1)) + BESIDE * share(TOUCHING, beside)
-    minus = share(OCCLUDED, every) + share(TOUCHING, found.second == n + 1) + found.void[:n] / total
+    minus = (
+        share(OCCLUDED, ~beside)
+        + BEHIND_ANOTHER * share(OCCLUDED, beside)
+        + share(TOUCHING, found.second == n + 1)
+        + found.void[:n] / total
+    )
     in_sight = np.where(share(OWN, every) >= HIDING, CUT_IN_SIGHT, CUT_HIDING_NOTHING)
     minus += in_sight * flanked + CUT * np.maximum(found.frame[:n] / total - flanked, 0.0)
     confidence: FloatArray = plus / np.maximum(plus + minus, 1e-9)
