@@ -105,6 +105,13 @@ def no_regions(seg: Segmentation) -> list[Notice]:
     """Return a notice why points were left but no region, if that is so."""
     if len(seg.regions) or not len(seg.barcode):
         return []
+    if seg.filtered.scene is not None:
+        text = (
+            f"no object: nothing in front of the support is both as large as object_min_area = "
+            f"{seg.params.object_min_area:g} m² and as surely a thing as min_confidence = "
+            f"{seg.params.min_confidence:g}; lower these to see what is there"
+        )
+        return [Notice("no_regions", text)]
     sizes = np.bincount(seg.components.root, weights=seg.filtered.weight)
     merges = seg.params.output == "regions" and seg.params.small_regions == "merge"
     text = (

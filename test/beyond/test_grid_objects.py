@@ -156,6 +156,16 @@ def test_the_sensor_and_the_surfaces_of_a_frame_are_told() -> None:
     assert plain.sensor_model is None and plain.surfaces == ()
 
 
+def test_it_is_said_why_a_frame_has_no_objects() -> None:
+    y, x = np.mgrid[-0.3:0.3:60j, -0.4:0.4:80j]
+    wall = np.stack([x, y, np.ones_like(x)], axis=2).reshape(-1, 3)
+    seg = Pipeline(OBJECTS.replace(remove_floor=False)).run(Cloud(wall, None, *x.shape), lambda code, text: None)
+    assert len(seg.regions) == 0 and [notice.code for notice in seg.notices] == ["no_regions"]
+    assert "min_confidence = 0.5" in seg.notices[0].text
+    sure = Pipeline(OBJECTS.replace(remove_floor=False, min_confidence=0.0)).run(Cloud(wall, None, *x.shape))
+    assert len(sure.regions) == 1 and sure.notices == ()
+
+
 def test_a_frame_with_nothing_on_the_table_has_no_objects() -> None:
     frame = looking(CAMERA, on_table())
     assert len(run(frame).regions) == 0

@@ -10,7 +10,8 @@ from oracles import Array
 
 from topo_region_seg.data import Plane
 from topo_region_seg.steps.support.hypotheses import best_hypothesis
-from topo_region_seg.steps.support.search import MISS, find_support, fitted
+from topo_region_seg.steps.support.search import MISS, find_support
+from topo_region_seg.steps.support.surfaces import _fitted as weighed
 
 
 def support(xyz: Array) -> Plane | None:
@@ -125,7 +126,7 @@ def test_a_plane_is_fitted_to_the_points_within_their_distances() -> None:
     rng = np.random.default_rng(0)
     xyz = np.column_stack([rng.random((300, 2)), 2.0 + rng.normal(0.0, 0.001, 300)])
     xyz[150:, 2] += 0.005
-    fit, far = fitted(xyz, np.array([0.0, 0.0, -1.0]), 2.0, np.repeat([0.01, 0.0005], 150))
+    fit, far = weighed(xyz, np.repeat([0.01, 0.0005], 150), np.array([0.0, 0.0, -1.0]), 2.0)
     on = np.abs(xyz @ fit + far) <= np.repeat([0.01, 0.0005], 150)
     assert on[:150].all() and not on[150:].any()
     middle = xyz[:150].mean(axis=0)

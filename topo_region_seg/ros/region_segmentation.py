@@ -34,6 +34,9 @@ from topo_region_seg.ros.warm_up import warm_up_kernels
 STOP_SECONDS = 5.0
 """How long a transition or the end of the process waits for the frame being processed."""
 
+LAST_REPORTS = 3
+"""How often a node that could not start reports so before its process ends: listeners find it at their own pace."""
+
 RECOVERY = "recovery"
 
 
@@ -178,8 +181,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self.get_logger().fatal(f"not started, and ends: {self._failure}")
         self.start_failed = True
         self._reporter.wait_for_listeners()
-        self._report()
-        self._reporter.wait_until_heard()
+        for _ in range(LAST_REPORTS):
+            self._report()
+            self._reporter.wait_until_heard()
         self.context.try_shutdown()
 
     def _warn_of_unused_overrides(self, source: Input) -> None:

@@ -22,6 +22,9 @@ from topo_region_seg.ros.statistics import Statistics
 HEARD_SECONDS = 2.0
 """Longest wait for somebody to listen to the last report, and again for it to be received, before the process ends."""
 
+MATCHING_SECONDS = 0.3
+"""Pause after a report, as a listener that the node knows may not know the node yet, and miss it."""
+
 
 class Reporter:
     """Publish the node's diagnostics, in every lifecycle state; reliable, depth 10, QoS overridable by parameters.
@@ -76,6 +79,7 @@ class Reporter:
             time.sleep(0.05)
 
     def wait_until_heard(self) -> None:
-        """Wait a moment for those who listen to receive the last report."""
+        """Wait a moment for those who listen to receive the last report, and for who is about to listen."""
+        time.sleep(MATCHING_SECONDS)
         with suppress(rclpy_implementation.RCLError):  # not every middleware can tell
             self._publisher.wait_for_all_acked(Duration(seconds=HEARD_SECONDS))
