@@ -105,7 +105,7 @@ class Segmentation:
 
     @property
     def sensor_model(self) -> SensorModel | None:
-        """What the frame tells of its sensor: the angle between pixels, the noise by depth, the share of valid pixels.
+        """The angle between pixels, the noise by depth and the share of valid pixels, as the frame shows them.
 
         None unless the output is objects and the cloud is organized.
         """

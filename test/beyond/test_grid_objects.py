@@ -166,6 +166,15 @@ def test_it_is_said_why_a_frame_has_no_objects() -> None:
     assert len(sure.regions) == 1 and sure.notices == ()
 
 
+def test_pixels_lost_here_and_there_change_nothing() -> None:
+    frame = looking(CAMERA, on_table(box(-0.15, 0.0), box(0.15, 0.05)))
+    lost = np.random.default_rng(0).random(len(frame.cloud)) < 0.2
+    cloud = Cloud(np.where(lost[:, None], np.nan, frame.cloud.xyz), None, frame.cloud.height, frame.cloud.width)
+    whole, holed = run(frame), Pipeline(OBJECTS).run(cloud)
+    assert len(holed.regions) == len(whole.regions) == 2
+    assert (holed.labels == whole.labels)[~lost].mean() > 0.99
+
+
 def test_a_frame_with_nothing_on_the_table_has_no_objects() -> None:
     frame = looking(CAMERA, on_table())
     assert len(run(frame).regions) == 0

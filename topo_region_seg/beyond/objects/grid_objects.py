@@ -16,7 +16,7 @@ from topo_region_seg.beyond.objects.vessels import insides, openings
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.view.grid import Single
-from topo_region_seg.steps.view.label_image import Labels, half_widths, kept_labels, united_labels
+from topo_region_seg.steps.view.label_image import Labels, bridged, half_widths, kept_labels, united_labels
 from topo_region_seg.steps.view.lengths import Lengths, middle_of, pixels_of
 from topo_region_seg.steps.view.scene import FREE, Scene
 
@@ -26,6 +26,8 @@ SPREAD = 2.0
 """How far faces spread over what is no face, times the border radius."""
 RINGS = (40, 3)
 """Rings that they spread in addition, once what is wide is a segment of its own, and once what is left at all is."""
+LOST = 3
+"""Pixels in a row that sensors lose here and there."""
 FEWEST = 200
 """Pixels that an object has at the least."""
 BOX = np.ones((3, 3))
@@ -71,7 +73,7 @@ def objects_of_scene(
     middle = middle_of(scene)
     narrow = max(NARROWEST, pixels_of(params.object_normal_radius, lengths, model, middle))
     label = kept_labels(label, np.bincount(label) >= params.min_region_size)
-    label = kept_labels(label, half_widths(label, grid.height, grid.width, int(np.max(label)) + 1) >= narrow)
+    label = kept_labels(label, _half_widths(scene, label) >= narrow)
     label = _united(scene, normals, label, lengths, params, fragments=False)
     rings = int(SPREAD * pixels_of(params.object_border_radius, lengths, model, middle))
     label = _spread(scene, normals, label, max(rings, RINGS[-1]))
@@ -80,7 +82,7 @@ def objects_of_scene(
         rest = ndimage.label((free & (label == 0)).reshape(grid.height, grid.width), BOX)[0].astype(np.int32).ravel()
         own = np.bincount(rest) >= fewest
         if wide:
-            own &= half_widths(rest, grid.height, grid.width, len(own)) >= narrow
+            own &= _half_widths(scene, rest) >= narrow
         rest = kept_labels(rest, own)
         label = _spread(scene, normals, np.where(rest > 0, rest + np.max(label), label).astype(np.int32), rings)
     label = kept_labels(label, np.bincount(label) >= fewest)
@@ -107,6 +109,13 @@ def _united(
     if fragments:
         borders = borders_of_fragments(borders, relations_in(scene, label, n), np.bincount(label, minlength=n))
     return united_labels(label, unite_convex(borders, n, params.object_convexity))
+
+
+def _half_widths(scene: Scene, label: Labels) -> FloatArray:
+    """Return half the width of each label, (L,), pixels, as if single pixels that the sensor lost were there."""
+    height, width = scene.grid.height, scene.grid.width
+    whole = bridged(label, scene.classes, height, width, LOST)
+    return half_widths(whole, height, width, int(np.max(label)) + 1)
 
 
 def _spread(scene: Scene, normals: Single, label: Labels, rings: int) -> Labels:

@@ -31,6 +31,21 @@ def united_labels(label: Labels, group: IntArray) -> Labels:
 
 
 @kernel
+def bridged(label: Labels, classes: npt.NDArray[np.uint8], height: int, width: int, most: int) -> Labels:
+    """Return labels (P,) that go on across up to `most` pixels of class 0 in a row, with one label on both sides."""
+    whole: Labels = label.copy()
+    for y in range(height):
+        last = y * width
+        for p in range(y * width, (y + 1) * width):
+            if classes[p] == 0:
+                continue
+            if 1 < p - last <= most + 1 and label[last] == label[p] and classes[last] != 0:
+                whole[last + 1 : p] = label[p]
+            last = p
+    return whole
+
+
+@kernel
 def half_widths(label: Labels, height: int, width: int, n_labels: int) -> FloatArray:
     """Return half the width of each label (L,), pixels: the largest distance of one of its pixels from another label.
 
