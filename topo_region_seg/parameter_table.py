@@ -98,6 +98,10 @@ class ParameterTable:
         values = dataclasses.asdict(self)
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
+    def differs(self, name: str) -> bool:
+        """Return whether a parameter has another value than its default."""
+        return bool(getattr(self, name) != next(row.default for row in self.table() if row.name == name))
+
     def without_effect(self) -> dict[str, str]:
         """Return the parameters that differ from their defaults without effect, each with the setting that is why."""
         rows = {row.name: row for row in self.table()}

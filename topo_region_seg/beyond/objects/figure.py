@@ -16,7 +16,7 @@ from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.steps.view.grid import Single
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.outlines import AT_EDGE, OCCLUDED, OWN, TOUCHING, Relations, relations
-from topo_region_seg.steps.view.scene import BEHIND, STRUCTURE, SUPPORT, Classes, Scene, Surface
+from topo_region_seg.steps.view.scene import BEHIND, STRUCTURE, SUPPORT, Classes, Scene, Surface, within_footprint
 from topo_region_seg.steps.view.table import DepthTable, at_depth
 
 BESIDE = 0.5
@@ -159,17 +159,11 @@ def feet(
     above, height = np.zeros(n, np.int64), np.empty(len(rows))
     for i in range(len(rows)):
         p = rows[i]
-        h, a, b = offset, 0.0, 0.0
+        h = offset
         for c in range(3):
             h += normal[c] * xyz[p, c]
-            d = xyz[p, c] - center[c]
-            a += d * axes[c, 0]
-            b += d * axes[c, 1]
         height[i] = h / at_depth(margin, np.float64(depth[p]))
-        within = True
-        for k in range(len(hull)):
-            within &= hull[k, 0] * a + hull[k, 1] * b + hull[k, 2] <= near
-        above[label[p]] += within
+        above[label[p]] += within_footprint(xyz, p, center, axes, hull, near)
     return above, height
 
 

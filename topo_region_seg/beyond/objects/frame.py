@@ -17,7 +17,7 @@ from topo_region_seg.steps.support.judgement import Judged
 from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
 from topo_region_seg.steps.support.surfaces import find_surfaces
 from topo_region_seg.steps.view.camera import camera_axes
-from topo_region_seg.steps.view.grid import Single, image_grid
+from topo_region_seg.steps.view.grid import image_grid, normals_of_pixels
 from topo_region_seg.steps.view.lengths import Lengths
 from topo_region_seg.steps.view.model import sensor_model
 from topo_region_seg.steps.view.scene import BEHIND, FREE, Scene, Surface
@@ -50,14 +50,13 @@ def frame_scene(
     if model is None:
         return None
     surfaces = find_surfaces(grid, model, params.floor_min_extent, params.floor_seed) if params.remove_floor else []
-    default = next(row.default for row in params.table() if row.name == "object_floor_distance")
-    least = params.object_floor_distance
-    scene = scene_of(grid, model, surfaces, least, exact=least != default, axes=axes)
+    least, exact = params.object_floor_distance, params.differs("object_floor_distance")
+    scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes)
     largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
     if largest is not None and not sensor_known and (scene.support is None or scene.support is largest):
         judged = _judged(scene, largest)
         if speaks_against_sensor(judged):
-            return scene_of(grid, model, [], least, exact=False, axes=axes), Support(None, judged)
+            return scene_of(grid, model, [], least, exact=exact, axes=axes), Support(None, judged)
     if scene.support is None:
         return scene, NO_SUPPORT
     normal, offset = scene.support.normal, scene.support.offset
@@ -87,8 +86,7 @@ def free_points(scene: Scene, rows: IntArray) -> IntArray:
 
 def grooves_in(scene: Scene, normals: FloatArray, rows: IntArray, lengths: Lengths, params: Params) -> BoolArray:
     """Return which points (N,), at pixels `rows`, lie in a groove, as `find_grooves` does in a tree."""
-    placed: Single = np.full((len(scene.classes), 3), np.nan, np.float32)
-    placed[rows] = normals
+    placed = normals_of_pixels(normals, rows, len(scene.classes))
     found = np.zeros(len(rows), np.bool_)
     limits = params.object_border_radius, scene.model.pixel, math.radians(params.object_groove_angle)
     given = scene.grid, placed, rows, lengths, *limits

@@ -15,7 +15,7 @@ from topo_region_seg.beyond.objects.uniting import unite_convex
 from topo_region_seg.beyond.objects.vessels import insides, openings
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
-from topo_region_seg.steps.view.grid import Single
+from topo_region_seg.steps.view.grid import Single, normals_of_pixels
 from topo_region_seg.steps.view.label_image import Labels, bridged, half_widths, kept_labels, united_labels
 from topo_region_seg.steps.view.lengths import Lengths, middle_of, pixels_of
 from topo_region_seg.steps.view.scene import FREE, Scene
@@ -42,8 +42,9 @@ def objects_of_points(
     from 0; -1 for points in none. The other arguments are those of `objects_of_scene`.
     """
     n = len(scene.classes)
-    placed, label = np.full((n, 3), np.nan, np.float32), np.zeros(n, np.int32)
-    placed[pixel], label[pixel] = normals, region + 1
+    label = np.zeros(n, np.int32)
+    label[pixel] = region + 1
+    placed = normals_of_pixels(normals, pixel, n)
     found, confidence = objects_of_scene(scene, placed, label, lengths, params)
     return found[pixel].astype(np.int64) - 1, confidence[1:]
 

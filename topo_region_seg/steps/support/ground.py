@@ -12,7 +12,17 @@ from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import FloatArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.model import SensorModel
-from topo_region_seg.steps.view.scene import BEHIND, FREE, NOTHING, STRUCTURE, SUPPORT, Classes, Scene, Surface
+from topo_region_seg.steps.view.scene import (
+    BEHIND,
+    FREE,
+    NOTHING,
+    STRUCTURE,
+    SUPPORT,
+    Classes,
+    Scene,
+    Surface,
+    within_footprint,
+)
 from topo_region_seg.steps.view.table import DepthTable, at_depth
 
 MARGIN = 3.0
@@ -130,13 +140,5 @@ def mark_wall(
         height = normal[0] * xyz[p, 0] + normal[1] * xyz[p, 1] + normal[2] * xyz[p, 2] + offset
         if abs(height) > at_depth(margin, np.float64(depth[p])):
             continue
-        a, b = 0.0, 0.0
-        for c in range(3):
-            d = xyz[p, c] - center[c]
-            a += d * axes[c, 0]
-            b += d * axes[c, 1]
-        within = True
-        for k in range(len(hull)):
-            within &= hull[k, 0] * a + hull[k, 1] * b + hull[k, 2] <= APART
-        if within:
+        if within_footprint(xyz, p, center, axes, hull, APART):
             classes[p] = STRUCTURE

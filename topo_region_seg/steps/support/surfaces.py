@@ -78,9 +78,7 @@ def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: 
             image: BoolArray = parts == part
             surface = _described(points, near, image[valid])
             if surface is not None and surface.side >= min_extent:
-                label = np.where(image, 1, valid).astype(np.int32)
-                label[valid & ~image] = 2
-                found.append((surface, label))
+                found.append((surface, np.where(image, 1, 2 * valid).astype(np.int32)))
     return [_with_outline(surface, label, depth, model, step) for surface, label in found]
 
 

@@ -40,6 +40,13 @@ def image_grid(xyz: FloatArray, rows: IntArray, height: int, width: int, middle:
     return ImageGrid(placed, depth, height, width)
 
 
+def normals_of_pixels(normals: FloatArray, rows: IntArray, count: int) -> Single:
+    """Return normals (P, 3) of all `count` pixels from those (N, 3) of pixels `rows` (N,); NaN for the others."""
+    placed = np.full((count, 3), np.nan, np.float32)
+    placed[rows] = normals
+    return placed
+
+
 @kernel
 def pixels(xyz: FloatArray, rows: IntArray, count: int, middle: FloatArray) -> tuple[Single, Single]:
     """Return positions (P, 3) and depths (P,) of all `count` pixels."""

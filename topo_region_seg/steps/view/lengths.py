@@ -46,8 +46,7 @@ def lengths_of(scene: Scene, params: Params) -> Lengths:
     Noise then turns normals by less than `NORMAL_ERROR` at the median depth of what may be things. A plane through n
     points of noise s, in a disk of radius r, is turned by 2 s / (r sqrt(n)), where n = pi (r / spacing)^2.
     """
-    rows = {row.name: row for row in params.table()}
-    if any(getattr(params, name) != rows[name].default for name in GROWING):
+    if any(params.differs(name) for name in GROWING):
         return AS_GIVEN
     middle = middle_of(scene)
     spacing = max(scene.model.pixel * middle, FINEST)

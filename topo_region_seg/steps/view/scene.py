@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from topo_region_seg.compiled.dialect import inlined
 from topo_region_seg.data import FloatArray
 from topo_region_seg.steps.view.grid import ImageGrid
 from topo_region_seg.steps.view.model import SensorModel
@@ -54,6 +55,20 @@ class Surface:
     center: FloatArray
     axes: FloatArray
     hull: FloatArray
+
+
+@inlined
+def within_footprint(xyz, p, center, axes, hull, near):  # type: ignore[no-untyped-def]
+    """Return whether pixel `p` lies above a surface's footprint, or at most `near` (m) beside it."""
+    a, b = 0.0, 0.0
+    for c in range(3):
+        d = xyz[p, c] - center[c]
+        a += d * axes[c, 0]
+        b += d * axes[c, 1]
+    within = True
+    for k in range(len(hull)):
+        within &= hull[k, 0] * a + hull[k, 1] * b + hull[k, 2] <= near
+    return within
 
 
 @dataclass(frozen=True, eq=False)
