@@ -51,11 +51,16 @@ def until(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) ->
 
 
 class NodeProcess:
-    """`region_segmentation_node` in its own process; its log goes to `log_file`."""
+    """`region_segmentation_node` in its own process; its log goes to `log_file`.
 
-    def __init__(self, domain: int, log_file: Path, *ros_args: str) -> None:
+    `environment` is what differs from this process's.
+    """
+
+    def __init__(
+        self, domain: int, log_file: Path, *ros_args: str, environment: Mapping[str, str] | None = None
+    ) -> None:
         self._log_file = log_file
-        env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)}
+        env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT), **(environment or {})}
         command = [sys.executable, "-m", "topo_region_seg.ros.node", "--ros-args", *ros_args]
         with log_file.open("w") as log:
             self.process = subprocess.Popen(command, cwd=log_file.parent, env=env, stdout=log, stderr=log)
@@ -84,9 +89,11 @@ class NodeProcess:
 
 
 @contextmanager
-def running_node(domain: int, log_file: Path, *ros_args: str) -> Iterator[NodeProcess]:
+def running_node(
+    domain: int, log_file: Path, *ros_args: str, environment: Mapping[str, str] | None = None
+) -> Iterator[NodeProcess]:
     """Run a node, show its log in the end, and hold that it ended well and met no unforeseen error."""
-    process = NodeProcess(domain, log_file, *ros_args)
+    process = NodeProcess(domain, log_file, *ros_args, environment=environment)
     try:
         yield process
     finally:
@@ -98,15 +105,18 @@ def running_node(domain: int, log_file: Path, *ros_args: str) -> Iterator[NodePr
 
 
 class Client:
-    """A node in the test's process, spinning on a thread: publishes clouds, collects answers, calls services."""
+    """A node in the test's process, spinning on a thread: publishes clouds, collects answers, calls services.
 
-    def __init__(self, domain: int) -> None:
+    With `labels` false it subscribes to diagnostics alone.
+    """
+
+    def __init__(self, domain: int, *, labels: bool = True) -> None:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.node = rclpy.create_node("client", context=self.context)
         self.points = self.node.create_publisher(PointCloud2, "points", 10)
-        self.labeled = self.collect(PointCloud2, "labeled_points")
-        self.counts = self.collect(UInt32, "region_count")
+        self.labeled = self.collect(PointCloud2, "labeled_points") if labels else []
+        self.counts = self.collect(UInt32, "region_count") if labels else []
         self.diagnostics = self.collect(DiagnosticArray, "/diagnostics")
         self._sent = 0
         self._executor = SingleThreadedExecutor(context=self.context)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from topo_region_seg.beyond.boxes.rectangles import fitting_rectangle, smallest_rectangle
-from topo_region_seg.compiled.dialect import index, inlined, kernel
+from topo_region_seg.compiled.dialect import index, kernel
 from topo_region_seg.data import FloatArray, IntArray
 
 AROUND = 8
@@ -70,7 +70,7 @@ def upright_frames(points: FloatArray, start: IntArray, up: FloatArray) -> Float
     basis = np.stack([u, np.cross(up, u), up])
     angle = np.arange(AROUND) * np.pi / AROUND
     directions = np.column_stack([np.cos(angle), np.sin(angle)]) @ basis[:2]
-    return turned_upright(points, start, basis, directions)
+    return turned_upright(points, start, basis, np.ascontiguousarray(basis[:2].T), directions)
 
 
 def free_frames(points: FloatArray, start: IntArray) -> FloatArray:
@@ -127,13 +127,16 @@ def scatters(points: FloatArray, start: IntArray, plane: FloatArray, near: Float
                     for b in range(3):
                         covariance[a, b] += (points[i, a] - mean[a]) * (points[i, b] - mean[b])
             if turn == 0:
-                mean /= max(count, 1)
-        covariance /= max(count, 1)
+                for c in range(3):
+                    mean[c] /= max(count, 1)
+        for a in range(3):
+            for b in range(3):
+                covariance[a, b] /= max(count, 1)
     return means, result
 
 
-@inlined
-def outermost(points, first, last, directions):  # type: ignore[no-untyped-def]
+@kernel
+def outermost(points: FloatArray, first: int, last: int, directions: FloatArray) -> FloatArray:
     """Return the points (2 D, 3), of the rows from `first` to `last`, outermost in directions (D, 3), both ways."""
     n = len(directions)
     least, most = np.full(n, np.inf), np.full(n, -np.inf)
@@ -149,20 +152,25 @@ def outermost(points, first, last, directions):  # type: ignore[no-untyped-def]
                 most[d], high[d] = along, i
     found = np.empty((2 * n, 3))
     for d in range(n):
-        found[2 * d], found[2 * d + 1] = points[low[d]], points[high[d]]
+        for c in range(3):
+            found[2 * d, c], found[2 * d + 1, c] = points[low[d], c], points[high[d], c]
     return found
 
 
 @kernel
-def turned_upright(points: FloatArray, start: IntArray, basis: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return the axes (M, 3, 3) of upright boxes; `basis` has two horizontal axes and the vertical one as rows."""
+def turned_upright(
+    points: FloatArray, start: IntArray, basis: FloatArray, level: FloatArray, directions: FloatArray
+) -> FloatArray:
+    """Return the axes (M, 3, 3) of upright boxes.
+
+    `basis` has two horizontal axes and the vertical one as rows, `level` (3, 2) the former as columns.
+    """
     axes = np.empty((len(start) - 1, 3, 3))
-    flat = np.ascontiguousarray(basis[:2].T)
     for r in range(len(axes)):
         corners = outermost(points, start[r], start[r + 1], directions)
         step = max(1, (start[r + 1] - start[r]) // RIM)
-        some = points[start[r] : start[r + 1] : step].copy()
-        x, y = fitting_rectangle(_projected(corners, flat), _projected(some, flat), 0.0)
+        some = projected(points, start[r], start[r + 1], step, level)
+        x, y = fitting_rectangle(projected(corners, 0, len(corners), 1, level), some, 0.0)
         for c in range(3):
             axes[r, 0, c] = x * basis[0, c] + y * basis[1, c]
             axes[r, 1, c] = x * basis[1, c] - y * basis[0, c]
@@ -184,8 +192,9 @@ def turned_freely(
     for r in range(len(axes)):
         corners = outermost(points, start[r], start[r + 1], directions)
         pad = 0.0
-        for c in range(3):
-            pad = max(pad, PAD * (corners[:, c].max() - corners[:, c].min()))
+        for i in range(len(corners)):
+            for c in range(3):
+                pad = max(pad, PAD * (corners[i, c] - corners[0, c]))
         frame = principal[r].copy()
         size = turned_about(corners, frame, 0, pad)
         if not flat[r]:
@@ -195,7 +204,9 @@ def turned_freely(
                 found = improved(corners, other, np.inf, pad)
                 if found < size:
                     size, frame = found, other
-        axes[r] = frame
+        for a in range(3):
+            for c in range(3):
+                axes[r, a, c] = frame[a, c]
     return axes
 
 
@@ -236,8 +247,9 @@ def turned_about(corners: FloatArray, frame: FloatArray, axis: int, pad: float) 
     """Turn the other two axes, rows of `frame`, about one to the smallest rectangle; return the size of the box."""
     a, b = (axis + 1) % 3, (axis + 2) % 3
     flat = np.empty((3, 2))
-    flat[:, 0], flat[:, 1] = frame[a], frame[b]
-    x, y, area = smallest_rectangle(_projected(corners, flat), pad)
+    for c in range(3):
+        flat[c, 0], flat[c, 1] = frame[a, c], frame[b, c]
+    x, y, area = smallest_rectangle(projected(corners, 0, len(corners), 1, flat), pad)
     low, high = np.inf, -np.inf
     for i in range(len(corners)):
         along = corners[i, 0] * frame[axis, 0] + corners[i, 1] * frame[axis, 1] + corners[i, 2] * frame[axis, 2]
@@ -249,10 +261,11 @@ def turned_about(corners: FloatArray, frame: FloatArray, axis: int, pad: float) 
 
 
 @kernel
-def _projected(points: FloatArray, flat: FloatArray) -> FloatArray:
-    """Return points (N, 3) in the plane of two axes, the columns of `flat`."""
-    result = np.empty((len(points), 2))
-    for i in range(len(points)):
+def projected(points: FloatArray, first: int, last: int, step: int, flat: FloatArray) -> FloatArray:
+    """Return every so manieth point of some rows in the plane of two axes, the columns of `flat` (3, 2)."""
+    result = np.empty(((last - first + step - 1) // step, 2))
+    for k in range(len(result)):
+        i = first + k * step
         for a in range(2):
-            result[i, a] = points[i, 0] * flat[0, a] + points[i, 1] * flat[1, a] + points[i, 2] * flat[2, a]
+            result[k, a] = points[i, 0] * flat[0, a] + points[i, 1] * flat[1, a] + points[i, 2] * flat[2, a]
     return result

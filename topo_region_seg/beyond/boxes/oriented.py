@@ -128,3 +128,11 @@ def _unit(up: npt.ArrayLike) -> FloatArray:
         raise ValueError(f"up is {up!r}, must be three finite numbers that are not all 0")
     unit: FloatArray = direction / length
     return unit
+
+
+def warm_up_boxes() -> None:
+    """Compile the kernels of boxes, or load them from the cache."""
+    square = np.array([[0.0, 0.0, 1.0], [0.1, 0.0, 1.1], [0.0, 0.1, 1.2], [0.1, 0.1, 1.0]])
+    points, start = sorted_by_row(square, np.zeros(len(square), np.int64), 1)
+    upright_frames(points, start, np.array([0.0, 0.0, 1.0]))
+    extents(points, start, free_frames(points, start))

@@ -27,15 +27,15 @@ def convex_hull(points: FloatArray) -> FloatArray:
     hull = np.empty((2 * n, 2))
     count = 0
     for i in range(n):
-        while count >= 2 and _turn(hull[count - 2], hull[count - 1], points[order[i]]) <= 0.0:
+        while count >= 2 and _turn(hull, count, points, order[i]) <= 0.0:
             count -= 1
-        hull[count] = points[order[i]]
+        hull[count, 0], hull[count, 1] = points[order[i], 0], points[order[i], 1]
         count += 1
     lower = count
     for i in range(n - 2, -1, -1):
-        while count > lower and _turn(hull[count - 2], hull[count - 1], points[order[i]]) <= 0.0:
+        while count > lower and _turn(hull, count, points, order[i]) <= 0.0:
             count -= 1
-        hull[count] = points[order[i]]
+        hull[count, 0], hull[count, 1] = points[order[i], 0], points[order[i], 1]
         count += 1
     found: FloatArray = hull[: max(count - 1, min(n, 1))].copy()  # the last one is the first again
     return found
@@ -47,8 +47,10 @@ def _after(points, a, b):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _turn(a, b, c):  # type: ignore[no-untyped-def]
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+def _turn(hull, count, points, p):  # type: ignore[no-untyped-def]
+    """Return how far a point lies to the left of the line through the last two corners, times their distance."""
+    x, y = hull[count - 2, 0], hull[count - 2, 1]
+    return (hull[count - 1, 0] - x) * (points[p, 1] - y) - (hull[count - 1, 1] - y) * (points[p, 0] - x)
 
 
 @inlined
