@@ -30,7 +30,7 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.sensor import known_position, position_above_map
+from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
@@ -82,8 +82,8 @@ class Pipeline:
         self._told = True
         clock = Clock()
         with clock("crop"):
-            known = known_position(cloud, params)
-            sensor = np.zeros(3) if known is None else known
+            known = known_sensor(cloud, params)
+            sensor = np.zeros(3) if known is None else known.position
             rows = crop(cloud.xyz, sensor, params)
             if len(rows) == 0:
                 sensor, rows, notice = _seen_otherwise(cloud, params, known)
@@ -98,7 +98,7 @@ class Pipeline:
         if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
             with clock("surfaces"):
                 size = cloud.height, cloud.width
-                framed = frame_scene(xyz, rows, *size, params, sensor_known=known is not None)
+                framed = frame_scene(xyz, rows, *size, params, known)
         scene = framed[0] if framed else None
         with clock("floor"):
             support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
@@ -231,9 +231,9 @@ def _made_frame() -> npt.NDArray[np.float32]:
     return np.stack([x * depth, y * depth, depth], axis=2).astype(np.float32)
 
 
-def _seen_otherwise(cloud: Cloud, params: Params, known: FloatArray | None) -> tuple[FloatArray, IntArray, Notice]:
+def _seen_otherwise(cloud: Cloud, params: Params, known: Sensor | None) -> tuple[FloatArray, IntArray, Notice]:
     """Return where a cloud of which nothing is in range is seen from, the rows that are left then, and a notice."""
-    sensor = np.zeros(3) if known is None else known
+    sensor = np.zeros(3) if known is None else known.position
     if known is None:
         rows = crop(cloud.xyz, sensor, params, any_range=True)
         above_map = position_above_map(cloud.xyz[rows].astype(np.float64))
