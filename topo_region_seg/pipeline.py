@@ -190,6 +190,10 @@ class Pipeline:
 
 def warm_up() -> None:
     """Compile all kernels, or load them from the cache, by segmenting a small made cloud in different ways."""
+
+    def unheard(code: str, text: str) -> None:
+        """Take what is said of the made cloud."""
+
     side = np.linspace(0.0, 0.5, 40)
     x, y = (grid.ravel() for grid in np.meshgrid(side, side))
     table = np.column_stack([x, y, np.full(x.size, 1.0)])
@@ -198,13 +202,13 @@ def warm_up() -> None:
     # Colors without order leave much to do, so that also what makes room for it is compiled.
     rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
-        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
-    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
+        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), unheard).cut(regions=3)
+    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), unheard)
     frame = _made_frame()
-    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]))
+    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]), unheard)
     auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
     for shape in ((2 * len(side), len(side)), (1, grid)):
-        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape))
+        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), unheard)
     data = np.zeros(20, np.uint8)
     data.flags.writeable = False
     floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)
