@@ -162,6 +162,8 @@ def test_segment_once_tells_what_is_wrong_with_the_cloud(client: Client) -> None
 
 def test_an_inactive_node_refuses_and_one_that_is_deactivated_gives_up(client: Client) -> None:
     assert client.set_atomically({"on_request": True, "request_timeout": 60.0}).successful
+    with Camera(client):
+        until(lambda: asleep(client), "the node to stop listening")
     answers: list[Trigger.Response] = []
     asking = threading.Thread(target=lambda: answers.append(once(client)))
     asking.start()
