@@ -21,7 +21,7 @@ import numpy.typing as npt
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState, GetState
-from places import ROOT
+from places import ROOT, TEST
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.context import Context
@@ -208,6 +208,43 @@ class Client:
     def figures(self) -> dict[str, str]:
         """Return the values of the newest diagnostics."""
         return {item.key: item.value for item in self.diagnostics[-1].status[0].values}
+
+
+class Heard:
+    """What a listener in a process of its own hears on some topics.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it writes the messages, CDR.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def all(self, name: str) -> list[bytes]:
+        """Return the messages of a topic, serialized, in their order."""
+        return [file.read_bytes() for file in sorted(self._folder.glob(f"{name}.*.cdr"))]
+
+    def forget(self) -> None:
+        for file in self._folder.glob("*.cdr"):
+            file.unlink(missing_ok=True)
+
+
+@contextmanager
+def listening(
+    domain: int, folder: Path, topics: Mapping[str, str], environment: Mapping[str, str] | None = None
+) -> Iterator[Heard]:
+    """Listen to topics, names without a slash and their types, with message packages that only `environment` has."""
+    command = [sys.executable, str(TEST / "ros_listener.py"), str(domain), str(folder)]
+    command += [f"/{name}={kind}" for name, kind in topics.items()]
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **(environment or {})}
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "listening\n"
+            yield Heard(folder)
+        finally:
+            process.kill()
 
 
 def _messages(values: Mapping[str, Any]) -> list[ParameterMsg]:

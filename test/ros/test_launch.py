@@ -167,11 +167,19 @@ def test_two_cameras_from_recordings_each_give_their_labels(ros_domain: int, tmp
 def test_rviz_shows_topics_and_markers_that_the_node_publishes() -> None:
     displays = yaml.safe_load(RVIZ.read_text(encoding="utf-8"))["Visualization Manager"]["Displays"]
     topics = {display["Name"]: display["Topic"]["Value"] for display in displays}
-    assert topics == {"Labels": "region_colors", "Camera colors": "labeled_points", "Regions": "region_markers"}
-    labels, camera, regions = displays
+    assert topics == {
+        "Labels": "region_colors",
+        "Camera colors": "labeled_points",
+        "Regions": "region_markers",
+        "Foreground": "foreground_points",
+        "Label image": "label_image",
+        "Detections": "detections",
+        "Surfaces": "surfaces",
+    }
+    labels, camera, regions = displays[:3]
     # An Intensity transformer would give label 0 the bright end of its rainbow.
     assert labels["Color Transformer"] == camera["Color Transformer"] == "RGB8"
-    assert [display["Enabled"] for display in displays] == [True, False, True]
+    assert [display["Enabled"] for display in displays] == [True, False, True, False, False, False, False]
     assert set(topics.values()) <= {output.name for output in OUTPUTS}
     source = Path(region_markers.__code__.co_filename).read_text(encoding="utf-8")
     drawn = set(re.findall(r'types, header, "(\w+)", ', source))

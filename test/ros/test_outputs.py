@@ -6,10 +6,7 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +15,8 @@ import pytest
 pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
 
 from clouds import DRIVERS, TYPES, Driver, message
-from interface_builder import built
-from places import TEST
-from ros_harness import Client, NodeProcess, running_node, until
+from interface_builder import robot_interfaces
+from ros_harness import Client, Heard, NodeProcess, listening, running_node, until
 
 from topo_region_seg.cloud.messages.answer import Answer
 from topo_region_seg.cloud.messages.topics import OUTPUTS
@@ -40,7 +36,7 @@ pytestmark = [pytest.mark.timeout(420), pytest.mark.usefixtures("default_paramet
 @pytest.fixture(scope="module")
 def vision_msgs() -> dict[str, str]:
     """The environment of processes that have vision_msgs."""
-    return built("vision_msgs", VISION_MSGS, "std_msgs geometry_msgs")
+    return robot_interfaces()
 
 
 @pytest.fixture(scope="module")
@@ -53,43 +49,25 @@ def node(
         yield process
 
 
-@dataclass
-class Heard:
-    """What a listener has written to a folder."""
-
-    folder: Path
-    process: subprocess.Popen[str]
-
-    def newest(self, name: str) -> Any:
-        """Return the last message of a topic, None before the first."""
-        files = sorted(self.folder.glob(f"{name}.*.cdr"))
-        return typestore().deserialize_cdr(files[-1].read_bytes(), KINDS[name]) if files else None
-
-    def has(self, name: str, stamp: Any) -> bool:
-        """Whether the last message of a topic has a stamp, or none at all."""
-        message = self.newest(name)
-        if message is None or name == "region_count":
-            return message is not None
-        header = message.markers[0].header if name == "region_markers" else message.header
-        return bool(header.stamp == stamp)
-
-    def forget(self) -> None:
-        for file in self.folder.glob("*.cdr"):
-            file.unlink(missing_ok=True)
-
-
 @pytest.fixture(scope="module")
 def heard(ros_domain: int, tmp_path_factory: pytest.TempPathFactory, vision_msgs: dict[str, str]) -> Iterator[Heard]:
-    folder = tmp_path_factory.mktemp("heard")
-    command = [sys.executable, str(TEST / "ros_listener.py"), str(ros_domain), str(folder)]
-    command += [f"/{name}={kind}" for name, kind in KINDS.items()]
-    environment = {**os.environ, **vision_msgs}
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None and process.stdout.readline() == "listening\n"
-            yield Heard(folder, process)
-        finally:
-            process.kill()
+    with listening(ros_domain, tmp_path_factory.mktemp("heard"), KINDS, vision_msgs) as heard:
+        yield heard
+
+
+def newest(heard: Heard, name: str) -> Any:
+    """Return the last message of a topic, None before the first."""
+    found = heard.all(name)
+    return typestore().deserialize_cdr(found[-1], KINDS[name]) if found else None
+
+
+def has(heard: Heard, name: str, stamp: Any) -> bool:
+    """Whether the last message of a topic has a stamp, or none at all."""
+    message = newest(heard, name)
+    if message is None or name == "region_count":
+        return message is not None
+    header = message.markers[0].header if name == "region_markers" else message.header
+    return bool(header.stamp == stamp)
 
 
 def tabletop_message() -> Any:
@@ -113,7 +91,7 @@ def test_each_topic_is_made_of_the_segmentation(client: Client, heard: Heard, ou
         msg.header.stamp.sec += 1
         client.points.publish(bytes(typestore().serialize_cdr(msg, POINT_CLOUD)))
         try:
-            return bool(until(lambda: all(heard.has(name, msg.header.stamp) for name in KINDS), "all topics", 3.0))
+            return bool(until(lambda: all(has(heard, name, msg.header.stamp) for name in KINDS), "all topics", 3.0))
         except AssertionError:
             return False
 
@@ -122,11 +100,11 @@ def test_each_topic_is_made_of_the_segmentation(client: Client, heard: Heard, ou
     answer = Answer(msg, cloud, Pipeline(Params(output=output)).run(cloud), ("intensity",))
     assert len(answer.seg.regions) >= 2 and answer.seg.plane is not None
     for wanted in OUTPUTS:
-        made, came = wanted.make(TYPES, answer), heard.newest(wanted.name)
+        made, came = wanted.make(TYPES, answer), newest(heard, wanted.name)
         assert serialized(wanted.name, came) == serialized(wanted.name, made), wanted.name
-    assert [d.id for d in heard.newest("detections").detections] == [str(r.label) for r in answer.seg.regions]
-    assert heard.newest("surfaces").detections[0].results[0].hypothesis.class_id == "support"
-    assert [f.name for f in heard.newest("foreground_points").fields][-1] == "intensity"
+    assert [d.id for d in newest(heard, "detections").detections] == [str(r.label) for r in answer.seg.regions]
+    assert newest(heard, "surfaces").detections[0].results[0].hypothesis.class_id == "support"
+    assert [f.name for f in newest(heard, "foreground_points").fields][-1] == "intensity"
 
 
 def test_recorded_types_have_the_hash_of_those_that_ros_builds(vision_msgs: dict[str, str]) -> None:
