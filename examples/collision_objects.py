@@ -23,15 +23,13 @@ class CollisionObjects(Node):
     def on_detections(self, msg: Detection3DArray) -> None:
         """Add what is seen, or replace it; remove what is not."""
         seen = {f"object_{found.id}": found.bbox for found in msg.detections}
-        for name, box in seen.items():
-            size = [max(value, 0.001) for value in (box.size.x, box.size.y, box.size.z)]
-            shape = {
-                "primitives": [SolidPrimitive(type=SolidPrimitive.BOX, dimensions=size)],
-                "primitive_poses": [Pose()],
-            }
-            self.publisher.publish(CollisionObject(header=msg.header, id=name, pose=box.center, **shape))
-        for name in self.there - set(seen):
-            self.publisher.publish(CollisionObject(header=msg.header, id=name, operation=CollisionObject.REMOVE))
+        for name in sorted(self.there | set(seen)):
+            thing = CollisionObject(header=msg.header, id=name, operation=CollisionObject.REMOVE)
+            if box := seen.get(name):
+                size = [max(value, 0.001) for value in (box.size.x, box.size.y, box.size.z)]
+                thing.operation, thing.pose, thing.primitive_poses = CollisionObject.ADD, box.center, [Pose()]
+                thing.primitives = [SolidPrimitive(type=SolidPrimitive.BOX, dimensions=size)]
+            self.publisher.publish(thing)
         self.there = set(seen)
 
 

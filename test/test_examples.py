@@ -24,7 +24,7 @@ from topo_region_seg.cloud.files import read_cloud, write_labeled_cloud
 from topo_region_seg.data import Cloud
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-MOST_LINES = 39
+MOST_LINES = 40
 
 
 def run(name: str, *arguments: str | Path) -> str:
@@ -192,8 +192,9 @@ def test_detections_become_collision_objects_and_go_again(tmp_path: Path, reques
     boxes = oriented_boxes(Pipeline(Params()).run(Cloud(xyz, rgb, 48, 64)))
     there = {thing.id: thing for thing in things() if thing.operation == 0}
     assert set(there) == {thing.id for thing in things() if thing.operation == 1}
-    assert list(there) == [f"object_{label}" for label in boxes.label]
-    for row, thing in enumerate(there.values()):
+    assert sorted(there) == sorted(f"object_{label}" for label in boxes.label)
+    for row, label in enumerate(boxes.label):
+        thing = there[f"object_{label}"]
         (shape,) = thing.primitives
         position = thing.pose.position
         assert (shape.type, thing.header.frame_id) == (1, "camera_depth_optical_frame")
