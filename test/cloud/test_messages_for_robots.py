@@ -97,11 +97,11 @@ def test_the_support_and_other_structure(answer):
     assert abs(center @ seg.plane.normal + seg.plane.offset) < 2 * MM
     assert center @ turn[:, 2] < 0.0, "which points to the sensor"
     assert support.size.x >= support.size.y > 0.3
-    # Points on the plane without a label are in the box, but for few that the rim leaves out.
+    # Points on the plane without a label are in the box, but for the rim: the hull is that of a sample.
     height = answer.cloud.xyz @ np.array(seg.plane.normal) + seg.plane.offset
     on = (np.abs(height) < 2 * MM) & (seg.labels == 0)
     local = np.abs((answer.cloud.xyz[on] - center) @ turn)
-    assert (local <= vector(support.size) / 2 + 2 * MM).all(axis=1).mean() > 0.97
+    assert (local <= vector(support.size) / 2 + 2 * MM).all(axis=1).mean() > 0.95
 
 
 def test_a_cloud_without_a_plane_has_no_surfaces():
