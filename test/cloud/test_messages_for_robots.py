@@ -223,3 +223,18 @@ def test_a_field_with_several_numbers_stays_whole():
     np.testing.assert_array_equal(columns(out)["three"], raw)
     with pytest.raises(CloudFormatError, match="images have none"):
         field_of(TYPES.Time(sec=1, nanosec=0), "three")
+
+
+def test_boxes_are_in_the_frame_of_the_input_wherever_the_sensor_is(answer):
+    place = np.array([1.0, -2.0, 0.5])
+    moved = replace(answer.cloud, xyz=np.where(answer.cloud.xyz.any(axis=1)[:, None], answer.cloud.xyz + place, 0.0))
+    params = answer.seg.params.replace(sensor_pose=[*place, 0.0, 0.0, 0.0])
+    there = Answer(answer.msg, moved, Pipeline(params).run(moved))
+    np.testing.assert_array_equal(there.seg.labels > 0, answer.seg.labels > 0)
+    for make in (detections, surfaces):
+        here = make(TYPES, answer).detections
+        for one, other in zip(here, make(TYPES, there).detections, strict=True):
+            np.testing.assert_allclose(
+                vector(other.bbox.center.position), vector(one.bbox.center.position) + place, atol=2 * MM
+            )
+            np.testing.assert_allclose(vector(other.bbox.size), vector(one.bbox.size), atol=2 * MM)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rclpy.executors import ExternalShutdownException
 
 from topo_region_seg.beyond.boxes.oriented import warm_up_boxes
+from topo_region_seg.beyond.boxes.surfaces import warm_up_surfaces
 from topo_region_seg.compiled.cache import cache_folder
 from topo_region_seg.pipeline import warm_up
 
@@ -41,6 +42,7 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
         try:
             warm_up()
             warm_up_boxes()
+            warm_up_surfaces()
         except Exception as error:
             failure.append(error)
 

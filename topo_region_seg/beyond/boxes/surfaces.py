@@ -7,11 +7,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from topo_region_seg.beyond.boxes.extents import extents
-from topo_region_seg.beyond.boxes.oriented import quaternions
-from topo_region_seg.beyond.boxes.rectangles import smallest_rectangle
-from topo_region_seg.data import BoolArray, Cloud, FloatArray, Plane
+from topo_region_seg.beyond.boxes.frames import upright_frames
+from topo_region_seg.beyond.boxes.oriented import boxes_between, quaternions
+from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.data import BoolArray, Cloud, FloatArray, LabelArray, Plane
 from topo_region_seg.segmentation import Segmentation
 from topo_region_seg.steps.view.scene import Scene, Surface
 
@@ -65,25 +67,33 @@ def surface_boxes(cloud: Cloud, seg: Segmentation) -> SurfaceBoxes:
     seg : Segmentation
         The result.
     """
-    scene, found = seg.filtered.scene, []
+    scene, sensor = seg.filtered.scene, seg.filtered.sensor
+    found = []
     if scene is not None:
-        found = [_footprint(scene, surface, seg.filtered.sensor) for surface in seg.surfaces]
+        found = [_flat_box(*_footprint(scene, surface), sensor) for surface in seg.surfaces]
     elif seg.plane is not None:
-        found = [_on_plane(cloud, seg, seg.plane)]
+        found = [_flat_box(*_on_plane(cloud, seg, seg.plane), np.zeros(3))]
     support = np.arange(len(found)) < (1 if scene is None or scene.support is not None else 0)
     center, axes, size = (np.array([box[part] for box in found]) for part in range(3))
     return SurfaceBoxes(support, center.reshape(-1, 3), axes.reshape(-1, 3, 3), size.reshape(-1, 3))
 
 
-def _footprint(scene: Scene, surface: Surface, sensor: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    corners = corners_of(surface.hull)
-    low, high, sides = _rectangle(corners)
-    middle = surface.center + surface.axes @ (sides.T @ ((low + high) / 2))
-    # The mean of noisy points lies on the plane; what is seen from its camera counts as depth.
-    depth = float(middle @ scene.axes[2])
-    noise = 0.0 if scene.margin is None else _at_depth(scene, depth)
-    size = np.append(high - low, 2.0 * max(SLAB, noise))
-    return middle + sensor, _axes(surface.axes @ sides.T, surface.normal), size
+def _flat_box(
+    points: FloatArray, normal: FloatArray, offset: float, slab: float, sensor: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return center, axes and size of the box around points (N, 3), as thick as the slab on either side of a plane."""
+    start = np.array([0, len(points)])
+    frames = upright_frames(points, start, normal)
+    low, high = extents(points, start, frames)
+    low[:, 2], high[:, 2] = -offset - slab, -offset + slab
+    center, axes, size = boxes_between(low, high, frames, np.zeros(3), upright=True)
+    return center[0] + sensor, axes[0], size[0]
+
+
+def _footprint(scene: Scene, surface: Surface) -> tuple[FloatArray, FloatArray, float, float]:
+    corners = surface.center + corners_of(surface.hull) @ surface.axes.T
+    slab = SLAB if scene.margin is None else max(SLAB, _at_depth(scene, float(surface.center @ scene.axes[2])))
+    return corners, surface.normal, surface.offset, slab
 
 
 def _at_depth(scene: Scene, depth: float) -> float:
@@ -105,49 +115,35 @@ def corners_of(hull: FloatArray) -> FloatArray:
     return np.column_stack([x, y])
 
 
-def _on_plane(cloud: Cloud, seg: Segmentation, plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
-    normal = np.array(plane.normal)
-    slab = float(seg.filtered.growth.floor_distance)
-    with np.errstate(invalid="ignore", over="ignore"):  # points without depth
-        height = cloud.xyz @ normal.astype(cloud.xyz.dtype) + plane.offset
-        on = np.flatnonzero((np.abs(height) <= slab) & (seg.labels == 0) & cloud.xyz.any(axis=1))
-    on = on[:: max(1, len(on) // FITTED)]
-    points = cloud.xyz[on].astype(np.float64)
-    a = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    a /= np.linalg.norm(a)
-    plane_axes = np.column_stack([a, np.cross(normal, a)])
+def _on_plane(cloud: Cloud, seg: Segmentation, plane: Plane) -> tuple[FloatArray, FloatArray, float, float]:
+    normal, slab = np.array(plane.normal), float(seg.filtered.growth.floor_distance)
+    points = points_on(np.ascontiguousarray(cloud.xyz), seg.labels, normal, plane.offset, slab, FITTED)
     if len(points) == 0:  # nothing of it is left in the cloud
-        return -plane.offset * normal, np.column_stack([plane_axes, normal]), np.array([0.0, 0.0, 2 * slab])
-    _, _, sides = _rectangle(points @ plane_axes)
-    axes = _axes(plane_axes @ sides.T, normal)
-    low, high = (ends[0] for ends in extents(points, np.array([0, len(points)]), axes.T[None].copy()))
-    low[2], high[2] = -plane.offset - slab, -plane.offset + slab
-    size = high - low
-    center = axes @ ((low + high) / 2)
-    if size[0] < size[1]:
-        axes, size = np.column_stack([axes[:, 1], -axes[:, 0], axes[:, 2]]), size[[1, 0, 2]]
-    return center, axes, size
+        points = -plane.offset * normal[None]
+    return points, normal, plane.offset, slab
 
 
-def _rectangle(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the ends (2,) of the smallest rectangle around points (K, 2), and its axes as rows, the longer first."""
-    x, y, _ = smallest_rectangle(outline(points), 0.0)
-    sides = np.array([[x, y], [-y, x]])
-    low, high = (points @ sides.T).min(axis=0), (points @ sides.T).max(axis=0)
-    if high[0] - low[0] < high[1] - low[1]:
-        sides = np.array([sides[1], -sides[0]])
-        low, high = np.array([low[1], -high[0]]), np.array([high[1], -low[0]])
-    return low, high, sides
+@kernel
+def points_on(
+    xyz: npt.NDArray[np.floating], labels: LabelArray, normal: FloatArray, offset: float, near: float, most: int
+) -> FloatArray:
+    """Return the points up to `near` (m) from a plane that have no label, or evenly about `most` of them, (K, 3)."""
+    found = np.empty(len(xyz), np.int64)
+    count = 0
+    for i in range(len(xyz)):
+        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        height = x * normal[0] + y * normal[1] + z * normal[2] + offset
+        if labels[i] == 0 and abs(height) <= near and (x != 0.0 or y != 0.0 or z != 0.0):
+            found[count] = i
+            count += 1
+    step = max(1, count // most)
+    points = np.empty(((count + step - 1) // step, 3))
+    for k in range(len(points)):
+        for c in range(3):
+            points[k, c] = xyz[found[k * step], c]
+    return points
 
 
-def outline(points: FloatArray) -> FloatArray:
-    """Return the points (K, 2) that lie outermost in some directions, among them the corners of any rectangle."""
-    angle = np.arange(16) * np.pi / 16
-    along = points @ np.stack([np.cos(angle), np.sin(angle)])
-    return np.ascontiguousarray(points[np.concatenate([along.argmin(axis=0), along.argmax(axis=0)])])
-
-
-def _axes(plane_axes: FloatArray, normal: FloatArray) -> FloatArray:
-    """Return a rotation: the first axis in the plane, the one a quarter turn about the normal further, the normal."""
-    x = plane_axes[:, 0]
-    return np.column_stack([x, np.cross(normal, x), normal])
+def warm_up_surfaces() -> None:
+    """Compile the kernel of surfaces, or load it from the cache."""
+    points_on(np.zeros((1, 3), np.float32), np.zeros(1, np.uint32), np.array([0.0, 0.0, 1.0]), 1.0, 0.1, 1)
