@@ -24,7 +24,7 @@ class Scene:
         self.now = 1000.0
         self.subscribed, self.requested_at = False, float("inf")
         self.params = NodeParams()
-        self.latched = False
+        self.latched = self.broken = False
         self.opened: list[str] = []
         self.lines: list[str] = []
         monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: self.now))
@@ -34,9 +34,12 @@ class Scene:
         self.demand = Demand(outputs, requests, lambda: self.params)  # type: ignore[arg-type]
         node: Any = SimpleNamespace(get_logger=lambda: SimpleNamespace(info=self.lines.append))
         statistics: Any = SimpleNamespace(restart=lambda: None)
-        self.intake = Intake(node, self._make, self.demand, statistics)
+        log: Any = SimpleNamespace(throttled=lambda reason, text: self.lines.append(f"[{reason}] {text}"))
+        self.intake = Intake(node, self._make, self.demand, statistics, log)
 
     def _make(self) -> Any:
+        if self.broken:
+            raise OSError("no room")
         self.opened.append("open")
         return SimpleNamespace(
             topic="/points", hears_the_past=self.latched, close=lambda timeout: self.opened.append("closed") or True
@@ -121,7 +124,7 @@ def test_the_input_is_open_while_somebody_wants_clouds_and_shortly_after(scene: 
     scene.subscribed = True
     scene.intake.follow()
     assert scene.opened == ["open", "closed", "open"] and scene.intake.asleep is None
-    assert scene.lines[-1] == "clouds are wanted again: listening to /points"
+    assert scene.lines[-1] == "clouds are wanted: listening to /points"
     scene.now += 60.0
     scene.intake.follow()
     scene.subscribed = False
@@ -144,3 +147,16 @@ def test_what_was_published_once_comes_again_for_who_subscribes_late(scene: Scen
     assert scene.opened == ["open", "closed", "open"]
     scene.intake.follow()
     assert len(scene.opened) == 3, "once"
+
+
+def test_an_input_that_cannot_be_opened_is_tried_again(scene: Scene) -> None:
+    scene.latched = True
+    scene.intake.start()
+    scene.declined()
+    scene.subscribed = scene.broken = True
+    scene.intake.follow()
+    assert scene.lines == ["[input_not_opened] cannot listen to clouds: OSError: no room"]
+    assert scene.intake.input is None
+    scene.broken = False
+    scene.intake.follow()
+    assert scene.intake.input is not None

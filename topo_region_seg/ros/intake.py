@@ -14,6 +14,7 @@ from rclpy.lifecycle import LifecycleNode
 
 from topo_region_seg.ros.demand import Demand
 from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.statistics import Statistics
 
 STOP_SECONDS = 5.0
@@ -33,13 +34,23 @@ class Intake:
         Says whether clouds are wanted.
     statistics : Statistics
         Whose rates begin anew with each input.
+    log : ReasonLog
+        For an input that cannot be opened.
     """
 
-    def __init__(self, node: LifecycleNode, make: Callable[[], Input], demand: Demand, statistics: Statistics) -> None:
+    def __init__(
+        self,
+        node: LifecycleNode,
+        make: Callable[[], Input],
+        demand: Demand,
+        statistics: Statistics,
+        log: ReasonLog,
+    ) -> None:
         self._logger = node.get_logger()
         self._make = make
         self._demand = demand
         self._statistics = statistics
+        self._log = log
         # Whoever activates the node may do so on another thread than the timer's.
         self._lock = threading.RLock()
         self._active = False
@@ -76,12 +87,12 @@ class Intake:
                 return
             wanted = self._demand.wanted()
             if self._input is None and wanted:
-                self._input = self._open()
-                self._logger.info(f"clouds are wanted again: listening to {self._input.topic}")
+                self._reopen()
             elif self._input is not None and wanted and self._demand.missed and self._input.hears_the_past:
                 # What was published before somebody wanted it comes once more.
                 self._input.close(STOP_SECONDS)
-                self._input = self._open()
+                self._input = None
+                self._reopen()
             elif self._input is not None and not wanted and self._demand.lapsed():
                 self._logger.info(f"{self._demand.reason}: not listening to {self._input.topic} meanwhile")
                 self._input.close(STOP_SECONDS)
@@ -95,6 +106,14 @@ class Intake:
                 ended = self._input.close(STOP_SECONDS)
             self._active, self._input = False, None
             return ended
+
+    def _reopen(self) -> None:
+        try:
+            self._input = self._open()
+        except Exception as error:  # of the middleware, which may have room again the next time
+            self._log.throttled("input_not_opened", f"cannot listen to clouds: {type(error).__name__}: {error}")
+        else:
+            self._logger.info(f"clouds are wanted: listening to {self._input.topic}")
 
     def _open(self) -> Input:
         self._statistics.restart()

@@ -121,7 +121,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             demand = Demand(self._outputs, self._requests, lambda: self._node_params)
             given = self._outputs, demand, self._requests, self._statistics, self._log
             self._processor = FrameProcessor(self, Pipeline(self._params), *given)
-            self._intake = Intake(self, self._make_input, demand, self._statistics)
+            self._intake = Intake(self, self._make_input, demand, self._statistics, self._log)
 
         return self._transition("configure", configure, undo=self._release)
 
