@@ -101,6 +101,7 @@ setup(
             "ripser>=0.6.10",
             "gudhi>=3.9",
             "scikit-learn>=1.4",
+            "quitefastmst>=0.9",
             "open3d>=0.18; python_version < '3.13'",
         ],
         # ament_flake8 is left out: PyPI's runs with no flake8 that supports Python 3.12; ruff has its rules.

@@ -89,6 +89,8 @@ class SegmentOnce:
             for request in self._requests:
                 if request.response is response:
                     request.header = header
+                    if request.done:
+                        self._finished.trigger()
                     return
         self._send(response, header)
 
