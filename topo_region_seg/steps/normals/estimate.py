@@ -8,6 +8,7 @@ import numpy as np
 
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import FloatArray
 from topo_region_seg.steps.normals.neighborhoods import nearest_normals, radius_normals
@@ -49,7 +50,7 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
         side_by_side(
             nearest_normals,
             [
-                (tree, blocks, xyz, counts, min_neighbors, WIDEN * reach, first, end, normals)
+                (tree, blocks, xyz, counts, WIDEN * reach, room_for_near(min_neighbors - 1), first, end, normals)
                 for first, end in in_parts(len(tree.start))
             ],
         )

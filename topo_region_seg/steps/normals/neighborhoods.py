@@ -9,8 +9,8 @@ import numpy as np
 from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
-from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
+from topo_region_seg.compiled.nearest import Near, near_point, nearest_of_leaf
+from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
 
@@ -36,7 +36,7 @@ def radius_normals(
     reach = np.zeros(LEAF)
     candidates = np.empty((3, CHUNK))
     moments = np.zeros((LEAF, 10))
-    stack = np.empty(LEVELS, np.int64)
+    walk = new_walk()
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
@@ -47,9 +47,9 @@ def radius_normals(
             farthest = max(farthest, reach[i])
         own = index(tree.start[a] // LEAF)
         gathered = 0
-        stack[0], top = 0, 1
+        walk.node[0], walk.gap[0], top = 0, 0.0, 1
         while True:
-            b, top = next_leaf(tree, tree.boxes, a, farthest, False, stack, top)
+            b, top = next_leaf(tree, tree.boxes, a, farthest, False, walk, top)
             if b < 0:
                 break
             leaf = index(tree.start[index(b)] // LEAF)
@@ -95,35 +95,36 @@ def nearest_normals(
     blocks: FloatArray,
     xyz: FloatArray,
     counts: IntArray,
-    k: int,
     reach: FloatArray,
+    near: Near,
     first_node: int,
     end_node: int,
     normals: FloatArray,
 ) -> int:
-    """Fill the rows of `normals` (N, 3) of the points with less than `k` `counts` (N,) in the leaves of some nodes.
+    """Fill the rows of `normals` (N, 3) of the points with too small `counts` (N,) in the leaves of some nodes.
 
-    They come from the `k` nearest points, themselves included, within `reach` (N,), m. Points with fewer than three of
-    them keep what they have. Return how many leaves were visited.
+    They come from each point and as many others as `near` has room for, the nearest ones within `reach` (N,), m: points
+    with as many `counts`, themselves included, have enough. Points with fewer than two others keep what they have.
+    Return how many leaves were visited.
     """
-    tree, blocks, xyz = borrowed(tree), borrowed(blocks), borrowed(xyz)
-    near, visited = room_for_near(k), 0
+    tree, blocks, xyz, near = borrowed(tree), borrowed(blocks), borrowed(xyz), borrowed(near)
+    alone, visited = np.arange(len(tree.order) + LEAF).astype(np.int32), 0
     for leaf in range(first_node, end_node):
         if tree.right[index(leaf)]:
             continue
         first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
         for i in range(size):
             point = tree.order[index(first + i)]
-            near.within[index(i)] = reach[point] ** 2 if counts[point] < k else -1.0
-        visited += nearest_of_leaf(tree, blocks, xyz, leaf, near)
+            near.within[index(i)] = reach[point] ** 2 if counts[point] <= near.k else -1.0
+        visited += nearest_of_leaf(tree, blocks, alone, xyz, leaf, near)
         for i in range(size):
             point = tree.order[index(first + i)]
-            if near.found[index(i)] < 3:
+            if near.found[index(i)] < 2:
                 continue
             x, y, z = xyz[point]
-            m = NO_MOMENTS
+            m = with_point(NO_MOMENTS, True, 0.0, 0.0, 0.0)
             for n in range(near.found[index(i)]):
-                other = index(near.point[index(i), index(n)])
+                other = index(near_point(near, i, n))
                 m = with_point(m, True, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
             fit_normal(m, x, y, z, normals[point])
     return visited

@@ -100,7 +100,7 @@ def merge_small_regions(
                 visited += leaves
             if found == 0:
                 continue
-            other = find(parent, region[most_alike(channels, point, near.point[0], found, limits)])
+            other = find(parent, region[most_alike(channels, point, near, found, limits)])
             if rank[other] < rank[r]:
                 representative[r], rank[r] = representative[other], rank[other]
             for c in range(3):

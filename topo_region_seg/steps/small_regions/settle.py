@@ -8,8 +8,9 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.partition import count_off, first_points
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import in_parts, side_by_side
@@ -65,7 +66,7 @@ def settle_small_regions(
         reach = REACH * math.sqrt(limits.reach)
         representative = first_points(channels, region, len(size))
         blocks = leaf_blocks(tree, channels[:, :3])
-        lists = _near_lists(channels, tree, blocks, representative[small], reach)
+        lists = _near_lists(channels, tree, blocks, region, representative[small], reach)
         target, _ = merge_small_regions(
             tree,
             blocks,
@@ -87,13 +88,18 @@ def settle_small_regions(
     return kept[region]
 
 
-def _near_lists(channels: FloatArray, tree: Tree, blocks: FloatArray, points: IntArray, reach: float) -> NearLists:
-    """Return the points nearest to some, up to `reach` away."""
+def _near_lists(
+    channels: FloatArray, tree: Tree, blocks: FloatArray, region: IntArray, points: IntArray, reach: float
+) -> NearLists:
+    """Return the points of other regions nearest to some, up to `reach` away."""
     row = np.full(len(channels), NOBODY, np.int32)
     row[points] = np.arange(len(points), dtype=np.int32)
     lists = NearLists(row, np.full((len(points), LISTED), NOBODY, np.int32))
-    parts = in_parts(len(tree.start))
-    side_by_side(fill_near_lists, [(tree, blocks, channels, reach, first, end, lists) for first, end in parts])
+    groups = np.zeros(len(channels) + LEAF, np.int32)
+    groups[: len(channels)] = region[tree.order]
+    given = tree, blocks, groups, channels, reach
+    parts = [(*given, room_for_near(LISTED), first, end, lists) for first, end in in_parts(len(tree.start))]
+    side_by_side(fill_near_lists, parts)
     return lists
 
 
