@@ -8,7 +8,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import types
-from numba.core.types import int64  # type: ignore[attr-defined]
+from numba.core.types import int64
 from numba.extending import intrinsic
 
 from topo_region_seg.compiled.kd_tree import LEAF
@@ -37,26 +37,26 @@ def within_leaves(typing_context, blocks, groups, row_a, row_b, within, d2):  # 
     within : (LEAF,) float64
         Squared reach of each point of the first leaf; below 0: none.
     d2 : (LEAF * LEAF,) float64
-        Takes the squared distances, that of points i and j at ``8 i + j``.
+        Takes the squared distances, that of points i of the first leaf and j of the second at ``8 j + i``.
 
     Returns
     -------
     int64
-        Bit ``8 i + j`` is set where points i and j are that near.
+        Bit ``8 j + i`` is set where points i and j are that near. So what is near a point does not come in a row: to
+        insert it takes a while.
     """
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         blocks, groups, row_a, row_b, within, d2 = _with_data(context, builder, signature, arguments)
-        others = _positions(builder, blocks, row_b)
-        other_groups = load(builder, groups, row_b, _WORDS)
-        of_a, hits = _place(builder, row_a), ir.Constant(_LONG, 0)
-        for i in range(LEAF):
-            own = [_splat_at(builder, blocks, builder.add(of_a, _long(c * LEAF + i)), _DOUBLES) for c in range(3)]
-            found = _squares(builder, own, others, d2, i * LEAF)
-            near = builder.fcmp_ordered("<=", found, _splat_at(builder, within, _long(i), _DOUBLES))
-            group = _splat_at(builder, groups, builder.add(row_a, _long(i)), _WORDS)
-            near = builder.and_(near, builder.icmp_signed("!=", group, other_groups))
-            hits = builder.or_(hits, builder.shl(_bits(builder, near), _long(LEAF * i)))
+        own, reach = _positions(builder, blocks, row_a), load(builder, within, _long(0), _DOUBLES, align=8)
+        own_groups = load(builder, groups, row_a, _WORDS)
+        of_b, hits = _place(builder, row_b), ir.Constant(_LONG, 0)
+        for j in range(LEAF):
+            other = [_splat_at(builder, blocks, builder.add(of_b, _long(c * LEAF + j)), _DOUBLES) for c in range(3)]
+            near = builder.fcmp_ordered("<=", _squares(builder, own, other, d2, j * LEAF), reach)
+            group = _splat_at(builder, groups, builder.add(row_b, _long(j)), _WORDS)
+            near = builder.and_(near, builder.icmp_signed("!=", group, own_groups))
+            hits = builder.or_(hits, builder.shl(_bits(builder, near), _long(LEAF * j)))
         return hits
 
     return int64(blocks, groups, row_a, row_b, within, d2), build
@@ -90,18 +90,26 @@ def insert_lanes(typing_context, keys, ids, place, key, own):  # type: ignore[no
         keys, ids, place, key, own = _with_data(context, builder, signature, arguments)
         before = builder.sub(place, _long(1))
         key, own = splat(builder, key, _DOUBLES), splat(builder, own, _LONGS)
-        here, there = (load(builder, keys, at, _DOUBLES, align=8) for at in (place, before))
+        here = load(builder, keys, place, _DOUBLES, align=8)
+        there = _moved(builder, keys, before, here)
+        cells = load(builder, ids, place, _LONGS, align=8)
         stays, comes = (builder.fcmp_ordered("<=", values, key) for values in (here, there))
-        for data, new, cells, moved in (
+        for data, new, old, moved in (
             (keys, key, here, there),
-            (ids, own, *(load(builder, ids, at, _LONGS, align=8) for at in (place, before))),
+            (ids, own, cells, _moved(builder, ids, before, cells)),
         ):
-            inserted = builder.select(stays, cells, builder.select(comes, new, moved))
-            builder.store(inserted, _vector_at(builder, data, place, cells.type), align=8)
+            inserted = builder.select(stays, old, builder.select(comes, new, moved))
+            builder.store(inserted, _vector_at(builder, data, place, old.type), align=8)
         same = _bits(builder, builder.fcmp_ordered("==", here, key))
         return builder.icmp_signed("!=", same, _long(0))
 
     return types.boolean(keys, ids, place, key, own), build
+
+
+def _moved(builder: Any, data: Any, before: Any, cells: Any) -> Any:
+    """Return cells moved by one, after the one before them. To load them so would wait for what was just stored."""
+    first = _splat_at(builder, data, before, cells.type)
+    return builder.shuffle_vector(first, cells, ir.Constant(_WORDS, [0, *range(LEAF, 2 * LEAF - 1)]))
 
 
 def _long(value: int) -> Any:

@@ -29,7 +29,6 @@ class Near(NamedTuple):
 
     d2: FloatArray  # (LEAF * W,) their squared distances, m²; inf where none is found yet
     point: IntArray  # (LEAF * W,) their ids
-    found: IntArray  # (LEAF,) how many there are
     within: FloatArray  # (LEAF,) squared distance up to which points are looked for; below 0: for none
     leaf_d2: FloatArray  # (LEAF * LEAF,) squared distances of the points of two leaves
     box: npt.NDArray[np.float32]  # (1, 1, 2, 4) the box around one point
@@ -42,8 +41,8 @@ def room_for_near(k: int) -> Near:
     """Return room for the `k` nearest points."""
     width = LEAF + (k + LEAF - 1) // LEAF * LEAF
     d2, point = np.full(LEAF * width, -np.inf), np.zeros(LEAF * width, np.int64)
-    found, within, leaf_d2 = np.zeros(LEAF, np.int64), np.empty(LEAF), np.empty(LEAF * LEAF)
-    return Near(d2, point, found, within, leaf_d2, np.zeros((1, 1, 2, 4), np.float32), new_walk(), k)
+    box, walk = np.zeros((1, 1, 2, 4), np.float32), new_walk()
+    return Near(d2, point, np.empty(LEAF), np.empty(LEAF * LEAF), box, walk, k)
 
 
 @inlined
@@ -87,7 +86,7 @@ def nearest_of_leaf(tree, blocks, groups, channels, leaf, near):  # type: ignore
         while hits:
             place = trailing_zeros(hits)
             hits &= hits - 1
-            i, j, d2 = place >> LEAF_SHIFT, place & (LEAF - 1), near.leaf_d2[index(place)]
+            i, j, d2 = place & (LEAF - 1), place >> LEAF_SHIFT, near.leaf_d2[index(place)]
             # Where the reach is endless it holds what fills up the last leaf, too.
             if d2 <= near.within[index(i)] and j < others:
                 insert_near(channels, np.int64(tree.order[index(start + j)]), d2, near, i)
@@ -113,34 +112,47 @@ def empty_row(near, i):  # type: ignore[no-untyped-def]
     first = i * width_of(near)
     for cell in range(first + LEAF, first + width_of(near)):
         near.d2[index(cell)] = np.inf
-    near.found[index(i)] = 0
 
 
 @inlined
 def insert_near(channels, other, d2, near, i):  # type: ignore[no-untyped-def]
     """Insert `other` among the points nearest to the i-th; once there are enough, only nearer ones are looked for."""
-    row, first = index(i), i * width_of(near) + LEAF
+    first = i * width_of(near) + LEAF
     last = first + near.k - 1
-    tied, place = False, last
-    if d2 == near.d2[index(last)]:
-        tied = comes_before(channels, other, near.point[index(last)])
-        if tied:
+    if d2 == near.within[index(i)] and d2 == near.d2[index(last)]:
+        if comes_before(channels, other, near.point[index(last)]):
             near.point[index(last)] = other
-    else:
-        for cell in range(first + width_of(near) - 2 * LEAF, first - 1, -LEAF):
-            tied |= insert_lanes(near.d2, near.point, cell, d2, other)
-        if tied:
-            place = first
-            while near.point[index(place)] != other:
-                place += 1
-        near.found[row] = min(near.found[row] + 1, near.k)
-        near.within[row] = min(near.within[row], near.d2[index(last)])
-    while tied and place > first and near.d2[index(place - 1)] == d2:
+            put_tie_in_order(channels, other, d2, near, first, last)
+        return
+    tied = False
+    for cell in range(first + width_of(near) - 2 * LEAF, first - 1, -LEAF):
+        tied |= insert_lanes(near.d2, near.point, cell, d2, other)
+    if tied:
+        place = first
+        while near.point[index(place)] != other:
+            place += 1
+        put_tie_in_order(channels, other, d2, near, first, place)
+    near.within[index(i)] = min(near.within[index(i)], near.d2[index(last)])
+
+
+@inlined
+def put_tie_in_order(channels, other, d2, near, first, place):  # type: ignore[no-untyped-def]
+    """Move the point `other`, in cell `place`, before those equally far that come after it in order."""
+    while place > first and near.d2[index(place - 1)] == d2:
         earlier = near.point[index(place - 1)]
-        tied = comes_before(channels, other, earlier)
-        if tied:
-            near.point[index(place - 1)], near.point[index(place)] = other, earlier
-            place -= 1
+        if not comes_before(channels, other, earlier):
+            break
+        near.point[index(place - 1)], near.point[index(place)] = other, earlier
+        place -= 1
+
+
+@inlined
+def found_near(near, i):  # type: ignore[no-untyped-def]
+    """Return how many points were found near the i-th."""
+    first, found = i * width_of(near) + LEAF, 0
+    while found < near.k and near.d2[index(first + found)] < np.inf:
+        found += 1
+    return found
 
 
 @kernel

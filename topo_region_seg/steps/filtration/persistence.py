@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from topo_region_seg.compiled.kd_tree import LEAF, Tree, build_tree
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import Components, FloatArray, IntArray
@@ -172,7 +173,7 @@ def _by_length(workers: list[_Worker]) -> tuple[Edges, IntArray]:
     """Gather what the workers found at a scale; return it with the order by length."""
     d2, a, b = zip(*(worker.take() for worker in workers), strict=True)
     edges = Edges(np.concatenate(d2), np.concatenate(a), np.concatenate(b))
-    return edges, np.argsort(edges.d2)
+    return edges, order_of(edges.d2)
 
 
 class _Worker:
@@ -192,7 +193,7 @@ class _Worker:
         while self.queue.head[bucket] >= 0:
             if self._n_edges + LEAF * LEAF > len(self._edges.d2):
                 if len(self._edges.d2) >= SPARE_EDGES * n:
-                    order = np.argsort(self._edges.d2[: self._n_edges])
+                    order = order_of(self._edges.d2[: self._n_edges])
                     self._n_edges = spanning_edges(self._forest, self._edges, order)
                 if self._n_edges + LEAF * LEAF > len(self._edges.d2) // 2:
                     self._edges = grown_edges(self._edges)

@@ -9,7 +9,7 @@ import numpy as np
 from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
-from topo_region_seg.compiled.nearest import Near, near_point, nearest_of_leaf
+from topo_region_seg.compiled.nearest import Near, found_near, near_point, nearest_of_leaf
 from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
@@ -119,11 +119,12 @@ def nearest_normals(
         visited += nearest_of_leaf(tree, blocks, alone, xyz, leaf, near)
         for i in range(size):
             point = tree.order[index(first + i)]
-            if near.found[index(i)] < 2:
+            found = found_near(near, i)
+            if found < 2:
                 continue
             x, y, z = xyz[point]
             m = with_point(NO_MOMENTS, True, 0.0, 0.0, 0.0)
-            for n in range(near.found[index(i)]):
+            for n in range(found):
                 other = index(near_point(near, i, n))
                 m = with_point(m, True, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
             fit_normal(m, x, y, z, normals[point])

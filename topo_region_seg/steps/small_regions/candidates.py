@@ -18,7 +18,7 @@ from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.lanes import trailing_zeros
 from topo_region_seg.compiled.near_lanes import within_leaf
-from topo_region_seg.compiled.nearest import Near, begin_near, insert_near, near_point, nearest_of_leaf
+from topo_region_seg.compiled.nearest import Near, begin_near, found_near, insert_near, near_point, nearest_of_leaf
 from topo_region_seg.compiled.union_find import find
 from topo_region_seg.compiled.walks import next_leaf
 from topo_region_seg.data import FloatArray, IndexArray
@@ -63,7 +63,7 @@ def fill_near_lists(
         visited += nearest_of_leaf(tree, blocks, groups, channels, leaf, near)
         for i in range(size):
             row = lists.row[index(tree.order[index(first + i)])]
-            for place in range(near.found[index(i)]):
+            for place in range(found_near(near, i) if row >= 0 else 0):
                 lists.near[index(row), index(place)] = near_point(near, i, place)
     return visited
 
@@ -83,10 +83,11 @@ def region_boxes(channels, region, n_regions):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def listed_outside(lists, channels, region, parent, boxes, reach, point, own, near):  # type: ignore[no-untyped-def]
-    """Put the points from the list of `point` in `near` that are outside of its region, `own`, and near the box of it.
+def listed_outside(lists, region, parent, boxes, point, own, near):  # type: ignore[no-untyped-def]
+    """Put the points from the list of `point` in `near` that are outside of its region, `own`.
 
-    Return how many, and whether the tree holds no other among the nearest.
+    They are near the box of the region, as `point` is in it. Return how many, and whether the tree holds no other among
+    the nearest.
     """
     found, row = 0, index(lists.row[index(point)])
     for place in range(lists.near.shape[1]):
@@ -97,7 +98,7 @@ def listed_outside(lists, channels, region, parent, boxes, reach, point, own, ne
             for c in range(3):
                 alone = alone and boxes[own, 0, c] == boxes[own, 1, c]
             return found, alone
-        if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
+        if find(parent, region[index(other)]) != own:
             near.point[index(LEAF + found)] = other
             found += 1
             if found == near.k:
@@ -142,7 +143,7 @@ def nearest_outside(  # type: ignore[no-untyped-def]
                 other = np.int64(tree.order[index(start + j)])
                 if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
                     insert_near(channels, other, d2, near, 0)
-    return near.found[0], visited
+    return found_near(near, 0), visited
 
 
 @inlined
