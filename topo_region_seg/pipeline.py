@@ -17,7 +17,7 @@ from topo_region_seg.beyond.objects.frame import frame_scene, free_points, groov
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud.records import read_records, write_labeled_records
-from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
 from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
 from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
@@ -145,7 +145,7 @@ class Pipeline:
         if units is not None:
             with clock("local_units"):
                 local = units.at(points.xyz)
-                tree = tree if local is points.xyz else position_tree(local)
+                tree = tree if local is points.xyz else moved_tree(tree, local)
         if params.output == "objects" and normals is not None:
             with clock("grooves"):
                 compared = normals.copy()
@@ -154,7 +154,7 @@ class Pipeline:
                 else:
                     grooves = grooves_in(scene, normals, rows, lengths, params)
                     local = local_positions(points.xyz, scene.axes, lengths)
-                    tree = position_tree(local)
+                    tree = moved_tree(tree, local)
                 compared[grooves] = np.nan
         with clock("filtration"):
             channels = homogeneity_channels(local, lab, compared, growth)

@@ -40,6 +40,13 @@ def position_tree(xyz: FloatArray) -> Tree:
     return build_tree(xyz, np.ones(3))
 
 
+def moved_tree(tree: Tree, xyz: FloatArray) -> Tree:
+    """Return the tree of positions (N, 3) that are others now, though what was near each other still is."""
+    moved = tree._replace(boxes=np.zeros_like(tree.boxes))
+    fill_boxes(moved, np.ascontiguousarray(xyz.T), 0, len(tree.start))
+    return moved
+
+
 def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | None = None) -> Tree:
     """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
 
@@ -103,11 +110,18 @@ def split_nodes(
         tree.start[right], tree.stop[right] = middle, stop
     if end_node == 1 and tree.right[0]:
         return split_until == 0
+    fill_boxes(tree, columns, first_node, end_node)
+    return False
+
+
+@kernel
+def fill_boxes(tree: Tree, columns: FloatArray, first_node: int, end_node: int) -> None:
+    """Fill the boxes of a subtree, first_node..end_node, from the leaves up."""
     for k in range(end_node - 1, first_node - 1, -1):
         if tree.right[k]:
             join_boxes(tree.boxes, k, k + 1, tree.right[k])
             continue
-        for c in range(d):
+        for c in range(len(columns)):
             low, high = np.inf, -np.inf
             for row in range(tree.start[k], tree.stop[k]):
                 value = columns[c, index(tree.order[index(row)])]
@@ -115,7 +129,6 @@ def split_nodes(
                 low = -np.inf if np.isnan(value) else min(low, value)
                 high = np.inf if np.isnan(value) else max(high, value)
             bound_channel(tree.boxes, k, c, low, high)
-    return False
 
 
 @kernel

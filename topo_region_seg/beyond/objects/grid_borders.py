@@ -10,6 +10,7 @@ import numpy as np
 
 from topo_region_seg.beyond.objects.convexity import FREE, TOLERANCE, Borders, longer, place_of
 from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.data import BoolArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.label_image import Labels
 from topo_region_seg.steps.view.lengths import Lengths, scale_at
@@ -20,12 +21,12 @@ PARTS = (0.15, 0.3, 0.5, 0.8)
 
 @kernel
 def grid_borders(
-    grid: ImageGrid, normals: Single, label: Labels, lengths: Lengths, reach: float, pixel: float
+    grid: ImageGrid, normals: Single, label: Labels, wanted: BoolArray, lengths: Lengths, reach: float, pixel: float
 ) -> Borders:
     """Judge pairs of pixels of different labels, up to `reach` (m, times the scale at their depth) apart.
 
-    A pair is convex as in `find_borders`. `label` (P,) is 0 for pixels that judge nothing; `pixel` is the angle between
-    pixels, radians.
+    A pair is convex as in `find_borders`. `label` (P,) is 0 for pixels that judge nothing; one of two labels must be
+    `wanted` (L,). `pixel` is the angle between pixels, radians.
     """
     slot, key, figures, count = np.full(1024, FREE), np.empty(256, np.int64), np.empty((256, 3)), 0
     width, height = grid.width, grid.height
@@ -49,7 +50,7 @@ def grid_borders(
                     continue
                 q = y * width + x
                 theirs = np.int64(label[q])
-                if theirs == 0 or theirs == own:
+                if theirs == 0 or theirs == own or not (wanted[own] or wanted[theirs]):
                     continue
                 d2, opening = 0.0, 0.0
                 for c in range(3):
@@ -59,18 +60,18 @@ def grid_borders(
                 distance = math.sqrt(d2)
                 if not distance <= own_reach:
                     continue
-                wanted = (min(own, theirs) << 32) | max(own, theirs)
-                if wanted != last:
-                    last = wanted
+                both = (min(own, theirs) << 32) | max(own, theirs)
+                if both != last:
+                    last = both
                     if count + 1 > len(key):
                         key, figures = longer(key, figures)
                         slot = np.full(4 * len(key), FREE)
                         for known in range(count):
                             slot[place_of(slot, key, key[known])] = known
-                    free = place_of(slot, key, wanted)
+                    free = place_of(slot, key, both)
                     if slot[free] == FREE:
                         slot[free] = count
-                        key[count] = wanted
+                        key[count] = both
                         figures[count, 0], figures[count, 1], figures[count, 2] = 0.0, 0.0, np.inf
                         count += 1
                     border = slot[free]
