@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.compiled.boxes import bound_channel, join_boxes
-from topo_region_seg.compiled.dialect import index, kernel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import FloatArray, IndexArray
 
@@ -47,6 +47,23 @@ def moved_tree(tree: Tree, xyz: FloatArray) -> Tree:
     return moved
 
 
+def ordered_tree(order: IndexArray, xyz: FloatArray) -> Tree:
+    """Return the tree of positions (N, 3) whose points are in a given order, in which neighbors are near each other."""
+    n_nodes = nodes_of(len(order))
+    start, stop, right = np.zeros((3, n_nodes), np.int32)
+    tree = Tree(order, start, stop, right, np.zeros((1, n_nodes, 2, 4), np.float32))
+    if n_nodes:
+        tree.stop[0] = len(order)
+        halve_nodes(tree)
+        fill_boxes(tree, np.ascontiguousarray(xyz.T), 0, n_nodes)
+    return tree
+
+
+def nodes_of(n_points: int) -> int:
+    """Return how many nodes the tree of so many points has."""
+    return max(2 * ((n_points + LEAF - 1) // LEAF) - 1, 0)
+
+
 def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | None = None) -> Tree:
     """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
 
@@ -54,8 +71,7 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     same, only nodes that are widest in a feature, and those below, are split again.
     """
     n, d = channels.shape
-    n_leaves = (n + LEAF - 1) // LEAF
-    n_nodes = max(2 * n_leaves - 1, 0)
+    n_nodes = nodes_of(n)
     boxes = np.zeros((d // 3, n_nodes, 2, 4), np.float32)
     if by_position is None:
         start, stop, right = np.zeros((3, n_nodes), np.int32)
@@ -99,19 +115,35 @@ def split_nodes(
             if widest < 3:
                 continue
             split_until = k + 2 * leaves - 1
-        middle = start + (leaves + 1) // 2 * LEAF
+        middle = halve(tree, k)
         column = columns[widest]
         for row in range(start, stop):
             keys[index(row)] = column[index(tree.order[index(row)])]
         _select(keys, tree.order, start, stop - 1, middle)
-        right = k + 2 * ((leaves + 1) // 2)
-        tree.right[k] = right
-        tree.start[k + 1], tree.stop[k + 1] = start, middle
-        tree.start[right], tree.stop[right] = middle, stop
     if end_node == 1 and tree.right[0]:
         return split_until == 0
     fill_boxes(tree, columns, first_node, end_node)
     return False
+
+
+@kernel
+def halve_nodes(tree: Tree) -> None:
+    """Give the nodes below the root their rows."""
+    for k in range(len(tree.start)):
+        if tree.stop[k] - tree.start[k] > LEAF:
+            halve(tree, k)
+
+
+@inlined
+def halve(tree, k):  # type: ignore[no-untyped-def]
+    """Give the children of a node their rows; return the first row of the right one."""
+    start, stop = tree.start[index(k)], tree.stop[index(k)]
+    half = ((stop - start + LEAF - 1) // LEAF + 1) // 2
+    middle, right = start + half * LEAF, k + 2 * half
+    tree.right[k] = right
+    tree.start[k + 1], tree.stop[k + 1] = start, middle
+    tree.start[right], tree.stop[right] = middle, stop
+    return middle
 
 
 @kernel

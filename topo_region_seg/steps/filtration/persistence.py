@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, build_tree
+from topo_region_seg.compiled.kd_tree import LEAF, Tree, build_tree, ordered_tree
 from topo_region_seg.compiled.order import order_of
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import side_by_side
@@ -77,11 +77,20 @@ def filtration(
     if needs_normals:
         rows = np.flatnonzero(~np.isnan(channels[:, 6]))
         root, parent, death = np.arange(n), np.arange(n), np.full(n, np.inf)
-        sub_root, sub_parent, sub_death = _grow(np.ascontiguousarray(channels[rows]), limits)
+        some = np.ascontiguousarray(channels[rows])
+        sub_root, sub_parent, sub_death = _grow(some, limits, by_position and _tree_of_some(by_position, some, rows))
         root[rows], parent[rows], death[rows] = rows[sub_root], rows[sub_parent], sub_death
     else:
         root, parent, death = _grow(channels, limits, by_position)
     return Components(root=root, parent=parent, death=death, max_radius=max_radius)
+
+
+def _tree_of_some(tree: Tree, channels: FloatArray, rows: IntArray) -> Tree:
+    """Return the tree over positions of some points, `rows` (M,) of those of a tree, from their `channels` (M, 9)."""
+    number = np.full(len(tree.order), -1, np.int32)
+    number[rows] = np.arange(len(rows), dtype=np.int32)
+    order = number[tree.order]
+    return ordered_tree(order[order >= 0], channels[:, :3])
 
 
 def split_weights(limits: Criterion) -> FloatArray:

@@ -29,7 +29,7 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
     tree : Tree
         Tree over `xyz`.
     radius : float or (N,) float64
-        Radius of the neighborhoods, or of each point's own, metres.
+        Radius of the neighborhoods, or of each point's own, metres; below 0 for points that are to have no normal.
     min_neighbors : int
         Neighbors that are enough, the point itself included.
 
@@ -46,7 +46,7 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
         radius_normals,
         [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
     )
-    if (counts < min_neighbors).any():
+    if ((counts < min_neighbors) & (reach >= 0.0)).any():
         side_by_side(
             nearest_normals,
             [

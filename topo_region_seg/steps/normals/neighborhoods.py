@@ -30,8 +30,8 @@ def radius_normals(
 ) -> None:
     """Fill `normals` (N, 3), towards the origin, and `counts` (N,) of neighbors for the leaves of some nodes.
 
-    Both are by point id, and so is `radius` (N,), metres. The point itself counts as a neighbor; a point with fewer
-    than `min_neighbors` of them keeps the normal it has.
+    Both are by point id, and so is `radius` (N,), metres, which is below 0 for points that get none. The point itself
+    counts as a neighbor; a point with fewer than `min_neighbors` of them keeps the normal it has.
     """
     reach = np.zeros(LEAF)
     candidates = np.empty((3, CHUNK))
@@ -41,10 +41,13 @@ def radius_normals(
         if tree.right[index(a)]:
             continue
         moments[:] = 0.0
-        farthest = 0.0
+        farthest = -1.0
         for i in range(tree.stop[a] - tree.start[a]):
-            reach[i] = radius[tree.order[tree.start[a] + i]] ** 2
+            own_radius = radius[tree.order[tree.start[a] + i]]
+            reach[i] = own_radius**2 if own_radius >= 0.0 else -1.0
             farthest = max(farthest, reach[i])
+        if farthest < 0.0:
+            continue
         own = index(tree.start[a] // LEAF)
         gathered = 0
         walk.node[0], walk.gap[0], top = 0, 0.0, 1
@@ -72,13 +75,15 @@ def radius_normals(
 def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[no-untyped-def]
     """Add to `moments` (LEAF, 10) of a leaf's points those of the candidates within reach: count, sums, products.
 
-    `reach` (LEAF,) is the square of each point's radius.
+    `reach` (LEAF,) is the square of each point's radius; below 0: of points that get none.
 
     Offsets are from the point itself, which keeps the sums small and so exact.
     """
     for i in range(LEAF):
         x, y, z = blocks[leaf, 0, i], blocks[leaf, 1, i], blocks[leaf, 2, i]
         within = reach[i]
+        if within < 0.0:
+            continue
         found = NO_MOMENTS
         for j in range(n):
             dx = candidates[0, index(j)] - x
@@ -115,7 +120,7 @@ def nearest_normals(
         first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
         for i in range(size):
             point = tree.order[index(first + i)]
-            near.within[index(i)] = reach[point] ** 2 if counts[point] <= near.k else -1.0
+            near.within[index(i)] = reach[point] ** 2 if counts[point] <= near.k and reach[point] >= 0.0 else -1.0
         visited += nearest_of_leaf(tree, blocks, alone, xyz, leaf, near)
         for i in range(size):
             point = tree.order[index(first + i)]
