@@ -15,6 +15,7 @@ from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
+from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
@@ -34,7 +35,7 @@ from topo_region_seg.steps.sensor import known_position, position_above_map
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
-from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions, scales
+from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -134,13 +135,12 @@ class Pipeline:
             radius: float | FloatArray = growth.normal_radius
             if units is not None:
                 radius = units.normal_radius(points.xyz, growth)
-            lengths = AS_GIVEN
+            lengths, normals = AS_GIVEN, None
             if scene is not None:
                 lengths = lengths_of(scene, params)
-                radius = growth.normal_radius * scales(lengths, points.xyz @ scene.axes[2])
-            normals = (
-                estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors) if growth.uses_normals else None
-            )
+                normals, scene = normals_in(scene, points.xyz, rows, tree, lengths, params)
+            elif growth.uses_normals:
+                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors)
         local, compared = points.xyz, normals
         if units is not None:
             with clock("local_units"):
@@ -212,7 +212,7 @@ def warm_up() -> None:
     record = np.zeros((1, 5), np.float32)
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
     # Points as dense as these have more edges at one scale than a forest needs.
-    dense = np.random.default_rng(0).normal(scale=0.001, size=(300, 3))
+    dense = np.random.default_rng(0).normal(scale=0.001, size=(500, 3))
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)

@@ -50,8 +50,8 @@ def moved_tree(tree: Tree, xyz: FloatArray) -> Tree:
 def ordered_tree(order: IndexArray, xyz: FloatArray) -> Tree:
     """Return the tree of positions (N, 3) whose points are in a given order, in which neighbors are near each other."""
     n_nodes = nodes_of(len(order))
-    start, stop, right = np.zeros((3, n_nodes), np.int32)
-    tree = Tree(order, start, stop, right, np.zeros((1, n_nodes, 2, 4), np.float32))
+    rows = np.zeros((3, n_nodes), np.int32)
+    tree = Tree(order, rows[0], rows[1], rows[2], np.zeros((1, n_nodes, 2, 4), np.float32))
     if n_nodes:
         tree.stop[0] = len(order)
         halve_nodes(tree)
@@ -83,8 +83,7 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     tree.stop[0] = n
     columns = np.ascontiguousarray(channels.T)
     keys = np.empty(n)
-    given = by_position is not None
-    given = split_nodes(tree, columns, weights, keys, 0, 1, given)
+    given = split_nodes(tree, columns, weights, keys, 0, 1, by_position is not None)
     right = int(tree.right[0])
     if right:
         # Each half is a run of nodes of its own.

@@ -10,6 +10,7 @@ from scipy import ndimage
 from topo_region_seg.beyond.objects.figure import confidences, relations_in
 from topo_region_seg.beyond.objects.fragments import SMALL, borders_of_fragments
 from topo_region_seg.beyond.objects.grid_borders import grid_borders
+from topo_region_seg.beyond.objects.lattice import labels_of_all
 from topo_region_seg.beyond.objects.spreading import spread_labels
 from topo_region_seg.beyond.objects.uniting import unite_convex
 from topo_region_seg.beyond.objects.vessels import insides, openings
@@ -54,7 +55,7 @@ def objects_of_points(
     label = np.zeros(n, np.int32)
     label[pixel] = region + 1
     placed = normals_of_pixels(normals, pixel, n)
-    found, confidence = objects_of_scene(scene, placed, label, lengths, params)
+    found, confidence = objects_of_scene(scene, placed, labels_of_all(scene, label), lengths, params)
     return found[pixel].astype(np.int64) - 1, confidence[1:]
 
 
