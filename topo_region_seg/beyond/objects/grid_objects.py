@@ -127,9 +127,7 @@ def _with_rest(scene: Scene, label: Labels, rest: BoolArray, fewest: float, narr
     return label + renumbered(parts, number)
 
 
-def _whole(
-    scene: Scene, normals: Single, label: Labels, lengths: Lengths, params: Params
-) -> tuple[Labels, Relations]:
+def _whole(scene: Scene, normals: Single, label: Labels, lengths: Lengths, params: Params) -> tuple[Labels, Relations]:
     """Return labels of which fragments and what they belong to are one, and vessels and their insides; and relations.
 
     The relations are those between the labels that are returned.

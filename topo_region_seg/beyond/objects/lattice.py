@@ -26,7 +26,7 @@ from topo_region_seg.steps.view.scene import Scene
 MANY = 100_000
 """Points from which on one pixel in four stands for the others."""
 WIDE = 4.5
-"""Radius of the neighborhood of a normal, pixels, that this needs."""
+"""Radius, pixels, that the neighborhood of a normal and the scale of regions need for this."""
 
 
 def normals_in(
@@ -34,8 +34,8 @@ def normals_in(
 ) -> tuple[FloatArray, Scene]:
     """Return the normals (N, 3) of points at pixels `rows` (N,), and the scene with the pixels that stand for others."""
     radius = params.object_normal_radius * scales(lengths, xyz @ scene.axes[2])
-    wide = pixels_of(params.object_normal_radius, lengths, scene.model, middle_of(scene)) >= WIDE
-    if len(rows) <= MANY or not wide:
+    least = min(params.object_normal_radius, params.object_radius)
+    if len(rows) <= MANY or pixels_of(least, lengths, scene.model, middle_of(scene)) < WIDE:
         return estimate_normals(xyz, tree, radius, params.normal_min_neighbors), scene
     own = on_lattice(rows, scene.grid.width)
     normals = estimate_normals(xyz, tree, np.where(own, radius, -radius), params.normal_min_neighbors)

@@ -67,14 +67,14 @@ def bridged(label: Labels, classes: npt.NDArray[np.uint8], height: int, width: i
 
 @kernel
 def wide_labels(label: Labels, height: int, width: int, n_labels: int, least: float) -> BoolArray:
-    """Return which labels (L,) are at least twice `least` wide, pixels.
+    """Return which labels (L,) are at least twice `least`, which is above 1, wide, pixels.
 
     Half the width of a label is 1 and the largest chessboard distance of one of its pixels from one at a border: a
     pixel that has another label beside it, above or below. The image's edge is no border.
     """
     wide = np.zeros(n_labels, np.bool_)
     # So far around a pixel no other may lie at a border: as many are counted in a row, and rows that have as many.
-    around = max(math.ceil(least - 1.0), 0) - 1
+    around = max(math.ceil(least - 2.0), 0)
     enough = 2 * around + 1
     border, clear = np.zeros(width, np.bool_), np.zeros(width, np.bool_)
     rows = np.full(width, enough, np.int32)
