@@ -83,13 +83,13 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     tree.stop[0] = n
     columns = np.ascontiguousarray(channels.T)
     keys = np.empty(n)
-    given = split_nodes(tree, columns, weights, keys, 0, 1, by_position is not None)
-    right = int(tree.right[0])
-    if right:
+    given: bool = split_nodes(tree, columns, weights, keys, 0, 1, by_position is not None)
+    other = int(tree.right[0])
+    if other:
         # Each half is a run of nodes of its own.
-        halves = [(1, right), (right, n_nodes)]
+        halves = [(1, other), (other, n_nodes)]
         side_by_side(split_nodes, [(tree, columns, weights, keys, first, end, given) for first, end in halves])
-        join_boxes(tree.boxes, 0, 1, right)
+        join_boxes(tree.boxes, 0, 1, other)
     return tree
 
 
@@ -102,7 +102,6 @@ def split_nodes(
     Where the nodes are `given` already split by position, those that are widest in position are left as they are.
     Returns whether the last node was.
     """
-    d = len(columns)
     split_until = 0 if given else end_node
     for k in range(first_node, end_node):
         start, stop = tree.start[index(k)], tree.stop[index(k)]

@@ -125,4 +125,5 @@ def tiles_to_judge(grid: ImageGrid, label: Labels, lengths: Lengths, reach: floa
             if not alone:
                 found[count] = ty * across + tx
                 count += 1
-    return found[:count].copy()
+    tiles: IntArray = found[:count].copy()
+    return tiles

@@ -77,7 +77,7 @@ def objects_of_scene(
     params : Params
         Uses `min_region_size`, `min_confidence` and the parameters of objects.
     """
-    grid, model = scene.grid, scene.model
+    model = scene.model
     free = scene.classes == FREE
     if not free.any():
         return np.zeros(len(label), np.int32), np.zeros(1)

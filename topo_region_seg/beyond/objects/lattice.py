@@ -32,7 +32,7 @@ WIDE = 4.5
 def normals_in(
     scene: Scene, xyz: FloatArray, rows: IntArray, tree: Tree, lengths: Lengths, params: Params
 ) -> tuple[FloatArray, Scene]:
-    """Return the normals (N, 3) of points at pixels `rows` (N,), and the scene with the pixels that stand for others."""
+    """Return the normals (N, 3) of points at pixels `rows` (N,), and the scene with what pixels stand for others."""
     radius = params.object_normal_radius * scales(lengths, xyz @ scene.axes[2])
     least = min(params.object_normal_radius, params.object_radius)
     if len(rows) <= MANY or pixels_of(least, lengths, scene.model, middle_of(scene)) < WIDE:

@@ -75,7 +75,7 @@ def seen_around(
 
 @kernel
 def outside_polygon(flat: FloatArray, sides: FloatArray, margin: float) -> BoolArray:
-    """Return which of the points (N, 2) are outside a convex polygon, or less than `margin` inside; its sides (K, 3)."""
+    """Return which points (N, 2) are outside a convex polygon, or less than `margin` inside; its `sides` are (K, 3)."""
     outside = np.zeros(len(flat), np.bool_)
     for i in range(len(flat)):
         for k in range(len(sides)):
