@@ -11,8 +11,8 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind
 
+from topo_region_seg.cloud.messages.topics import CLOUDS
 from topo_region_seg.ros.input import Input
-from topo_region_seg.ros.publishers import CLOUDS
 from topo_region_seg.ros.transport import SHARED_MEMORY, fast_dds
 
 CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"

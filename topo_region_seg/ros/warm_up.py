@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rclpy.executors import ExternalShutdownException
 
+from topo_region_seg.beyond.boxes.oriented import warm_up_boxes
 from topo_region_seg.compiled.cache import cache_folder
 from topo_region_seg.pipeline import warm_up
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 2.0
 """Seconds after which it is clear that kernels are being compiled, not loaded from the cache."""
+
+UNWRITABLE = "no folder can be written to; set NUMBA_CACHE_DIR to one"
 
 
 def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
@@ -37,6 +40,7 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     def work() -> None:
         try:
             warm_up()
+            warm_up_boxes()
         except Exception as error:
             failure.append(error)
 
@@ -50,9 +54,10 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
             raise ExternalShutdownException
         if not told and time.monotonic() - started > PATIENCE:
             told = True
-            logger.info("compiling the kernels: once per machine, takes about a minute ...")
+            often = "once per machine" if cache_folder() else f"at every start, as {UNWRITABLE}"
+            logger.info(f"compiling the kernels: {often}; takes about a minute ...")
     if failure:
         raise failure[0]
     seconds = time.monotonic() - started
-    where = cache_folder() or "nowhere: no folder can be written to; set NUMBA_CACHE_DIR to one"
+    where = cache_folder() or f"nowhere: {UNWRITABLE}"
     logger.info(f"kernels {'compiled' if told else 'ready'} in {seconds:.1f} s; their cache is {where}")
