@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
 from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.threads import in_parts, side_by_side
@@ -47,10 +47,12 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
         [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
     )
     if ((counts < min_neighbors) & (reach >= 0.0)).any():
+        alone = np.arange(len(xyz) + LEAF, dtype=np.int32)
+        given = tree, blocks, alone, xyz, counts, WIDEN * reach
         side_by_side(
             nearest_normals,
             [
-                (tree, blocks, xyz, counts, WIDEN * reach, room_for_near(min_neighbors - 1), first, end, normals)
+                (*given, room_for_near(min_neighbors - 1), first, end, normals)
                 for first, end in in_parts(len(tree.start))
             ],
         )

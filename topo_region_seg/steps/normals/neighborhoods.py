@@ -11,7 +11,7 @@ from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
 from topo_region_seg.compiled.nearest import Near, found_near, near_point, nearest_of_leaf
 from topo_region_seg.compiled.walks import new_walk, next_leaf
-from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
 
 CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
@@ -98,6 +98,7 @@ def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[
 def nearest_normals(
     tree: Tree,
     blocks: FloatArray,
+    alone: IndexArray,
     xyz: FloatArray,
     counts: IntArray,
     reach: FloatArray,
@@ -110,10 +111,10 @@ def nearest_normals(
 
     They come from each point and as many others as `near` has room for, the nearest ones within `reach` (N,), m: points
     with as many `counts`, themselves included, have enough. Points with fewer than two others keep what they have.
-    Return how many leaves were visited.
+    `alone` (N + LEAF,) counts the rows of the tree. Return how many leaves were visited.
     """
-    tree, blocks, xyz, near = borrowed(tree), borrowed(blocks), borrowed(xyz), borrowed(near)
-    alone, visited = np.arange(len(tree.order) + LEAF).astype(np.int32), 0
+    tree, blocks, alone, xyz = borrowed(tree), borrowed(blocks), borrowed(alone), borrowed(xyz)
+    near, visited = borrowed(near), 0
     for leaf in range(first_node, end_node):
         if tree.right[index(leaf)]:
             continue
