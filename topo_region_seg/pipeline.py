@@ -215,8 +215,8 @@ def warm_up() -> None:
     read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
     record = np.zeros((1, 5), np.float32)
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
-    # Points as dense as these have more edges at one scale than a forest needs.
-    dense = np.random.default_rng(0).normal(scale=0.001, size=(500, 3))
+    # Points as even as these have more edges at one scale than a forest needs.
+    dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
