@@ -15,9 +15,10 @@ from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
+from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud.records import read_records, write_labeled_records
-from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
 from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
 from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
@@ -34,7 +35,7 @@ from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_ma
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
-from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions, scales
+from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -134,18 +135,17 @@ class Pipeline:
             radius: float | FloatArray = growth.normal_radius
             if units is not None:
                 radius = units.normal_radius(points.xyz, growth)
-            lengths = AS_GIVEN
+            lengths, normals = AS_GIVEN, None
             if scene is not None:
                 lengths = lengths_of(scene, params)
-                radius = growth.normal_radius * scales(lengths, points.xyz @ scene.axes[2])
-            normals = (
-                estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors) if growth.uses_normals else None
-            )
+                normals, scene = normals_in(scene, points.xyz, rows, tree, lengths, params)
+            elif growth.uses_normals:
+                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors)
         local, compared = points.xyz, normals
         if units is not None:
             with clock("local_units"):
                 local = units.at(points.xyz)
-                tree = tree if local is points.xyz else position_tree(local)
+                tree = tree if local is points.xyz else moved_tree(tree, local)
         if params.output == "objects" and normals is not None:
             with clock("grooves"):
                 compared = normals.copy()
@@ -154,7 +154,7 @@ class Pipeline:
                 else:
                     grooves = grooves_in(scene, normals, rows, lengths, params)
                     local = local_positions(points.xyz, scene.axes, lengths)
-                    tree = position_tree(local)
+                    tree = moved_tree(tree, local)
                 compared[grooves] = np.nan
         with clock("filtration"):
             channels = homogeneity_channels(local, lab, compared, growth)
@@ -215,8 +215,8 @@ def warm_up() -> None:
     read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
     record = np.zeros((1, 5), np.float32)
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
-    # Points as dense as these have more edges at one scale than a forest needs.
-    dense = np.random.default_rng(0).normal(scale=0.001, size=(300, 3))
+    # Points as even as these have more edges at one scale than a forest needs.
+    dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)

@@ -10,7 +10,7 @@ import pytest
 from clouds import TYPES, message
 from frames import GRAY, TOP, Frame, box, looking, on_table
 
-from topo_region_seg.beyond.objects.figure import flanked_pixels
+from topo_region_seg.beyond.objects.figure import flanked_pixels, highest_counted
 from topo_region_seg.beyond.objects.vessels import insides, openings
 from topo_region_seg.cloud.messages.answer import Answer
 from topo_region_seg.cloud.messages.tables import regions
@@ -252,3 +252,13 @@ def test_an_inside_is_concave_has_a_rim_and_is_hidden_by_something_convex() -> N
     assert inside_of(50.0, 30.0, 0.0, 20.0, cup) == [0, 1, 2]  # hides the other
     assert inside_of(50.0, 50.0, 0.0, 0.0, [0.0, 0.4, -0.1]) == [0, 1, 2]  # flat
     assert inside_of(50.0, 50.0, 0.0, 0.0, [0.0, 0.1, -0.4]) == [0, 1, 2]  # behind something flat
+
+
+def test_a_few_of_the_highest_pixels_of_a_label_do_not_count() -> None:
+    rng = np.random.default_rng(0)
+    label, height = rng.integers(1, 5, 800).astype(np.int32), rng.normal(size=800)
+    label[:3] = 6
+    found = highest_counted(label, height, 7)
+    for k in range(7):
+        own = np.sort(height[label == k])
+        assert found[k] == (own[int(0.97 * len(own))] if len(own) else 0.0)

@@ -66,18 +66,22 @@ def test_borders_of_few_pairs_are_not_judged() -> None:
         assert unite_convex(borders, 2, 0.6).tolist() == united
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 2**31))
-def test_borders_on_the_grid_are_those_of_a_plain_loop(seed) -> None:
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**31), st.sampled_from([(9, 11, 3), (43, 50, 15), (40, 64, 40)]))
+def test_borders_on_the_grid_are_those_of_a_plain_loop(seed, sizes) -> None:
+    """In images of which every part, or only some, is near a border of two labels."""
     rng = np.random.default_rng(seed)
-    height, width, pixel, reach = 9, 11, 0.005, 0.02
+    height, width, side = sizes
+    pixel, reach = 0.005, 0.02
     xyz, _ = plane(height, width, pixel, (0.5, 0.3), 1.0, lambda z: 0.003 + 0.0 * z, seed)
-    label = np.repeat(np.repeat(rng.integers(0, 5, (3, 4)), 3, axis=0), 3, axis=1)[:, :width].ravel().astype(np.int32)
+    blocks = rng.integers(0, 5, (height // side + 1, width // side + 1))
+    label = np.repeat(np.repeat(blocks, side, axis=0), side, axis=1)[:height, :width].ravel().astype(np.int32)
+    wanted = rng.random(5) < 0.6
     label[rng.random(len(label)) < 0.1] = 0
     normals = rng.normal(size=xyz.shape).astype(np.float32)
     normals[label == 0] = np.nan
     grid, lengths = grid_of(xyz, height, width), Lengths(1.1, 0.7, 4.0)
-    found = grid_borders(grid, normals, label, lengths, reach, pixel)
+    found = grid_borders(grid, normals, label, wanted, lengths, reach, pixel)
     expected: dict[tuple[int, int], list[float]] = {}
     for p in np.flatnonzero(label):
         y, x = divmod(int(p), width)
@@ -92,7 +96,7 @@ def test_borders_on_the_grid_are_those_of_a_plain_loop(seed) -> None:
                 q = (y + dy) * width + x + dx
                 apart = grid.xyz[p].astype(float) - grid.xyz[q].astype(float)
                 distance = np.linalg.norm(apart)
-                if label[q] in (0, label[p]) or distance > own:
+                if label[q] in (0, label[p]) or distance > own or not wanted[[label[p], label[q]]].any():
                     continue
                 key = min(label[p], label[q]), max(label[p], label[q])
                 row = expected.setdefault(key, [0.0, 0.0, np.inf])

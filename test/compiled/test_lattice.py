@@ -9,9 +9,9 @@ import pytest
 
 from topo_region_seg.api import persistent_components
 from topo_region_seg.compiled.dialect import kernel
-from topo_region_seg.compiled.kd_tree import position_tree
+from topo_region_seg.compiled.kd_tree import LEAF, position_tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
-from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
+from topo_region_seg.compiled.nearest import found_near, nearest_of_leaf, room_for_near
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.params import Params
 from topo_region_seg.steps.filtration.persistence import filtration
@@ -91,29 +91,36 @@ def test_pairs_whose_boxes_single_precision_pulls_apart_are_edges_too() -> None:
 
 
 @kernel
-def nearest_to_leaf(tree, blocks, channels, leaf, within, near):  # type: ignore[no-untyped-def]
+def nearest_to_leaf(tree, blocks, groups, channels, leaf, within, near):  # type: ignore[no-untyped-def]
     near.within[:] = within
-    return nearest_of_leaf(tree, blocks, channels, leaf, near)
+    visited = nearest_of_leaf(tree, blocks, groups, channels, leaf, near)
+    return visited, np.array([found_near(near, i) for i in range(len(near.within))])
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("wanted", [2, 8, 12])
 @pytest.mark.parametrize("reach", [0.5 * STEP, 2.0 * STEP, np.inf])
-def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(seed: int, reach: float) -> None:
+def test_the_nearest_of_equal_distances_is_the_first_in_the_order_of_the_channels(
+    seed: int, wanted: int, reach: float
+) -> None:
     rng = np.random.default_rng(seed)
-    n, wanted = 500, 8
+    n = 500
     channels = np.zeros((n, 9))
     channels[:, :3] = rng.integers(0, 9, (n, 3)) * STEP
     channels[:, 3:] = rng.integers(0, 2, (n, 6))
+    group = rng.integers(0, 9 if seed % 2 else n, n)
     tree, near = position_tree(channels[:, :3]), room_for_near(wanted)
-    blocks = leaf_blocks(tree, channels[:, :3])
+    blocks, groups = leaf_blocks(tree, channels[:, :3]), np.zeros(n + LEAF, np.int32)
+    groups[:n] = group[tree.order]
     leaves = np.flatnonzero(tree.right == 0)
     for leaf in leaves[:: max(1, len(leaves) // 20)]:
-        visited = nearest_to_leaf(tree, blocks, channels, leaf, reach**2, near)
+        visited, count = nearest_to_leaf(tree, blocks, groups, channels, leaf, reach**2, near)
         assert 1 <= visited <= len(leaves)
         assert visited < len(leaves) / 2 or reach > STEP, "boxes out of reach are not visited"
+        rows = near.d2.reshape(LEAF, -1)[:, LEAF:], near.point.reshape(LEAF, -1)[:, LEAF:]
         for i, point in enumerate(tree.order[tree.start[leaf] : tree.stop[leaf]]):
             d2 = sum((channels[:, c] - channels[point, c]) ** 2 for c in range(3))
-            expected = sorted((d2[j], channels[j].tolist()) for j in range(n) if d2[j] <= reach**2)[:wanted]
-            count = near.found[i]
-            found = [(near.d2[i, k], channels[near.point[i, k]].tolist()) for k in range(count)]
+            others = np.flatnonzero((d2 <= reach**2) & (group != group[point]))
+            expected = sorted((d2[j], channels[j].tolist()) for j in others)[:wanted]
+            found = [(rows[0][i, k], channels[rows[1][i, k]].tolist()) for k in range(count[i])]
             assert found == expected

@@ -20,6 +20,7 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.regions import describe_regions, number_regions
 from topo_region_seg.steps.small_regions import settle as settling
+from topo_region_seg.steps.small_regions.ranks import ranks_of
 from topo_region_seg.steps.small_regions.settle import CANDIDATES, REACH, settle_small_regions
 
 
@@ -251,3 +252,13 @@ def test_a_region_of_exactly_the_smallest_size_stays() -> None:
     params = Params(features="color", min_region_size=10)
     region = settle(xyz, Features(np.zeros((2, 3)), None), np.arange(2), np.array([10, 30]), params)
     assert region[0] != region[1]
+
+
+@pytest.mark.parametrize("kinds", [1, 2, 4, 1_000])
+def test_ranks_are_places_in_the_order_of_all_channels(kinds: int) -> None:
+    rng = np.random.default_rng(kinds)
+    channels = rng.integers(0, kinds, (2_000, 9)) / kinds
+    channels[:, 8] = rng.permutation(2_000)
+    points = rng.permutation(2_000)[:700]
+    order = np.lexsort(channels[points, ::-1].T)
+    np.testing.assert_array_equal(ranks_of(channels, points)[order], np.arange(700))

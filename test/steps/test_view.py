@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from topo_region_seg.params import Params
 from topo_region_seg.steps.view.grid import ImageGrid
-from topo_region_seg.steps.view.label_image import half_widths, kept_labels, united_labels
+from topo_region_seg.steps.view.label_image import kept_labels, sizes_of, united_labels, wide_labels
 from topo_region_seg.steps.view.lengths import (
     AS_GIVEN,
     NORMAL_ERROR,
@@ -104,24 +104,25 @@ def images(most: int, sides: tuple[int, int] = (1, 14)) -> st.SearchStrategy[Int
     return shape.flatmap(lambda size: arrays(np.int32, size, elements=st.integers(0, most - 1)))
 
 
-@settings(max_examples=80, deadline=None)
-@given(st.one_of(images(3), images(2, (8, 20)).map(lambda a: np.repeat(np.repeat(a[:5, :5], 5, 0), 4, 1))))
-def test_half_widths_are_chessboard_distances(label) -> None:
+@settings(max_examples=150, deadline=None)
+@given(
+    st.one_of(images(3), images(2, (8, 20)).map(lambda a: np.repeat(np.repeat(a[:5, :5], 5, 0), 4, 1))),
+    st.one_of(st.integers(2, 8).map(float), st.floats(1.0, 8.0, exclude_min=True)),
+)
+def test_labels_are_wide_whose_pixels_are_far_enough_from_a_border_on_a_chessboard(label, least) -> None:
     label = np.ascontiguousarray(label)
-    found = half_widths(label.ravel(), *label.shape, 4)
+    found = wide_labels(label.ravel(), *label.shape, 4, least)
     wide = np.pad(label, 1, mode="edge")
     around = np.stack([wide[:-2, 1:-1], wide[2:, 1:-1], wide[1:-1, :-2], wide[1:-1, 2:]])
     border = (around != label).any(axis=0)
-    for k in range(4):
-        own = label == k
-        if not own.any():
-            assert found[k] == 0.0
-        elif not border.any():
-            assert found[k] == sum(label.shape) + 1
-        else:
-            assert found[k] == (ndimage.distance_transform_cdt(~border, "chessboard") + 1)[own].max()
-            # Labels that touch at a corner alone are one farther apart than on a chessboard.
-            assert 0 <= found[k] - ndimage.distance_transform_cdt(own, "chessboard")[own].max() <= 1
+    half = ndimage.distance_transform_cdt(~border, "chessboard") + 1 if border.any() else np.full(label.shape, 99)
+    assert found.tolist() == [bool((half[label == k] >= least).any()) for k in range(4)]
+
+
+@settings(max_examples=50, deadline=None)
+@given(images(7))
+def test_sizes_are_counts_of_pixels(label) -> None:
+    assert sizes_of(label.ravel(), 8).tolist() == np.bincount(label.ravel(), minlength=8).tolist()
 
 
 @settings(max_examples=80, deadline=None)

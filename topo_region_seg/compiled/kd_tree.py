@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.compiled.boxes import bound_channel, join_boxes
-from topo_region_seg.compiled.dialect import index, kernel
+from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import FloatArray, IndexArray
 
@@ -40,6 +40,30 @@ def position_tree(xyz: FloatArray) -> Tree:
     return build_tree(xyz, np.ones(3))
 
 
+def moved_tree(tree: Tree, xyz: FloatArray) -> Tree:
+    """Return the tree of positions (N, 3) that are others now, though what was near each other still is."""
+    moved = tree._replace(boxes=np.zeros_like(tree.boxes))
+    fill_boxes(moved, np.ascontiguousarray(xyz.T), 0, len(tree.start))
+    return moved
+
+
+def ordered_tree(order: IndexArray, xyz: FloatArray) -> Tree:
+    """Return the tree of positions (N, 3) whose points are in a given order, in which neighbors are near each other."""
+    n_nodes = nodes_of(len(order))
+    rows = np.zeros((3, n_nodes), np.int32)
+    tree = Tree(order, rows[0], rows[1], rows[2], np.zeros((1, n_nodes, 2, 4), np.float32))
+    if n_nodes:
+        tree.stop[0] = len(order)
+        halve_nodes(tree)
+        fill_boxes(tree, np.ascontiguousarray(xyz.T), 0, n_nodes)
+    return tree
+
+
+def nodes_of(n_points: int) -> int:
+    """Return how many nodes the tree of so many points has."""
+    return max(2 * ((n_points + LEAF - 1) // LEAF) - 1, 0)
+
+
 def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | None = None) -> Tree:
     """Build the tree of `channels` (N, D), splitting each node where its points, times `weights` (D,), spread most.
 
@@ -47,8 +71,7 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     same, only nodes that are widest in a feature, and those below, are split again.
     """
     n, d = channels.shape
-    n_leaves = (n + LEAF - 1) // LEAF
-    n_nodes = max(2 * n_leaves - 1, 0)
+    n_nodes = nodes_of(n)
     boxes = np.zeros((d // 3, n_nodes, 2, 4), np.float32)
     if by_position is None:
         start, stop, right = np.zeros((3, n_nodes), np.int32)
@@ -60,14 +83,13 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     tree.stop[0] = n
     columns = np.ascontiguousarray(channels.T)
     keys = np.empty(n)
-    given = by_position is not None
-    given = split_nodes(tree, columns, weights, keys, 0, 1, given)
-    right = int(tree.right[0])
-    if right:
+    given: bool = split_nodes(tree, columns, weights, keys, 0, 1, by_position is not None)
+    other = int(tree.right[0])
+    if other:
         # Each half is a run of nodes of its own.
-        halves = [(1, right), (right, n_nodes)]
+        halves = [(1, other), (other, n_nodes)]
         side_by_side(split_nodes, [(tree, columns, weights, keys, first, end, given) for first, end in halves])
-        join_boxes(tree.boxes, 0, 1, right)
+        join_boxes(tree.boxes, 0, 1, other)
     return tree
 
 
@@ -80,7 +102,6 @@ def split_nodes(
     Where the nodes are `given` already split by position, those that are widest in position are left as they are.
     Returns whether the last node was.
     """
-    d = len(columns)
     split_until = 0 if given else end_node
     for k in range(first_node, end_node):
         start, stop = tree.start[index(k)], tree.stop[index(k)]
@@ -92,22 +113,45 @@ def split_nodes(
             if widest < 3:
                 continue
             split_until = k + 2 * leaves - 1
-        middle = start + (leaves + 1) // 2 * LEAF
+        middle = halve(tree, k)
         column = columns[widest]
         for row in range(start, stop):
             keys[index(row)] = column[index(tree.order[index(row)])]
         _select(keys, tree.order, start, stop - 1, middle)
-        right = k + 2 * ((leaves + 1) // 2)
-        tree.right[k] = right
-        tree.start[k + 1], tree.stop[k + 1] = start, middle
-        tree.start[right], tree.stop[right] = middle, stop
     if end_node == 1 and tree.right[0]:
         return split_until == 0
+    fill_boxes(tree, columns, first_node, end_node)
+    return False
+
+
+@kernel
+def halve_nodes(tree: Tree) -> None:
+    """Give the nodes below the root their rows."""
+    for k in range(len(tree.start)):
+        if tree.stop[k] - tree.start[k] > LEAF:
+            halve(tree, k)
+
+
+@inlined
+def halve(tree, k):  # type: ignore[no-untyped-def]
+    """Give the children of a node their rows; return the first row of the right one."""
+    start, stop = tree.start[index(k)], tree.stop[index(k)]
+    half = ((stop - start + LEAF - 1) // LEAF + 1) // 2
+    middle, right = start + half * LEAF, k + 2 * half
+    tree.right[k] = right
+    tree.start[k + 1], tree.stop[k + 1] = start, middle
+    tree.start[right], tree.stop[right] = middle, stop
+    return middle
+
+
+@kernel
+def fill_boxes(tree: Tree, columns: FloatArray, first_node: int, end_node: int) -> None:
+    """Fill the boxes of a subtree, first_node..end_node, from the leaves up."""
     for k in range(end_node - 1, first_node - 1, -1):
         if tree.right[k]:
             join_boxes(tree.boxes, k, k + 1, tree.right[k])
             continue
-        for c in range(d):
+        for c in range(len(columns)):
             low, high = np.inf, -np.inf
             for row in range(tree.start[k], tree.stop[k]):
                 value = columns[c, index(tree.order[index(row)])]
@@ -115,7 +159,6 @@ def split_nodes(
                 low = -np.inf if np.isnan(value) else min(low, value)
                 high = np.inf if np.isnan(value) else max(high, value)
             bound_channel(tree.boxes, k, c, low, high)
-    return False
 
 
 @kernel

@@ -20,9 +20,9 @@ def splat(builder: Any, value: Any, vector: Any) -> Any:
     return builder.shuffle_vector(one, undefined, ir.Constant(ir.VectorType(WORD, vector.count), [0] * vector.count))
 
 
-def load(builder: Any, data: Any, place: Any, vector: Any) -> Any:
-    """Load a vector of 32-bit numbers from a place in an array."""
-    return builder.load(builder.bitcast(builder.gep(data, [place]), vector.as_pointer()), align=4)
+def load(builder: Any, data: Any, place: Any, vector: Any, align: int = 4) -> Any:
+    """Load a vector of numbers of `align` bytes from a place in an array."""
+    return builder.load(builder.bitcast(builder.gep(data, [place]), vector.as_pointer()), align=align)
 
 
 def reduce(builder: Any, name: str, *operands: Any, result: Any, flags: tuple[str, ...] = ()) -> Any:

@@ -12,60 +12,87 @@ import numpy.typing as npt
 from topo_region_seg.compiled.boxes import bound_channel
 from topo_region_seg.compiled.dialect import index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
+from topo_region_seg.compiled.lanes import trailing_zeros
+from topo_region_seg.compiled.near_lanes import insert_lanes, within_leaves
+from topo_region_seg.compiled.walks import Walk, new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
+
+LEAF_SHIFT = 3  # LEAF = 1 << LEAF_SHIFT
 
 
 class Near(NamedTuple):
-    """The points found so far that are nearest to each of up to LEAF points, k at most, and room for the search."""
+    """The points found so far that are nearest to each of up to LEAF points, k at most, and room for the search.
 
-    d2: FloatArray  # (LEAF, k) their squared distances, m², the shortest first
-    point: IntArray  # (LEAF, k) their ids
-    found: IntArray  # (LEAF,) how many there are
+    Rows of `d2` and `point` begin with LEAF cells that hold nothing, the last of which is below every distance, so that
+    cells can be looked at beside those before them. Then come the nearest, the nearest of all first, in whole vectors.
+    """
+
+    d2: FloatArray  # (LEAF * W,) their squared distances, m²; inf where none is found yet
+    point: IntArray  # (LEAF * W,) their ids
     within: FloatArray  # (LEAF,) squared distance up to which points are looked for; below 0: for none
-    leaf_d2: FloatArray  # (LEAF,) squared distances of the points of one leaf
+    leaf_d2: FloatArray  # (LEAF * LEAF,) squared distances of the points of two leaves
     box: npt.NDArray[np.float32]  # (1, 1, 2, 4) the box around one point
-    stack: IntArray  # (LEVELS,) nodes that the walk has still to visit
+    walk: Walk
+    k: int
 
 
 @kernel
 def room_for_near(k: int) -> Near:
     """Return room for the `k` nearest points."""
-    point, found, stack = np.empty((LEAF, k), np.int64), np.zeros(LEAF, np.int64), np.empty(LEVELS, np.int64)
-    box = np.zeros((1, 1, 2, 4), np.float32)
-    return Near(np.empty((LEAF, k)), point, found, np.empty(LEAF), np.empty(LEAF), box, stack)
+    width = LEAF + (k + LEAF - 1) // LEAF * LEAF
+    d2, point = np.full(LEAF * width, -np.inf), np.zeros(LEAF * width, np.int64)
+    box, walk = np.zeros((1, 1, 2, 4), np.float32), new_walk()
+    return Near(d2, point, np.empty(LEAF), np.empty(LEAF * LEAF), box, walk, k)
 
 
 @inlined
-def nearest_of_leaf(tree, blocks, channels, leaf, near):  # type: ignore[no-untyped-def]
-    """Fill `near` with the points nearest to those of a leaf, themselves included, each `within` its own reach.
+def width_of(near):  # type: ignore[no-untyped-def]
+    """Return how many cells a row has."""
+    return len(near.d2) // LEAF
 
-    `blocks` (L, 3, LEAF) are the positions by leaf; of points equally far the first in the order of `channels` (N, C),
-    which begin with the position, is the nearest. Return how many leaves were visited.
+
+@inlined
+def near_point(near, i, place):  # type: ignore[no-untyped-def]
+    """Return the id of the point nearest to the i-th but `place` others."""
+    return near.point[index(i * width_of(near) + LEAF + place)]
+
+
+@inlined
+def nearest_of_leaf(tree, blocks, groups, channels, leaf, near):  # type: ignore[no-untyped-def]
+    """Fill `near` with the points nearest to those of a leaf, of other groups than theirs, each `within` its own reach.
+
+    `blocks` (L, 3, LEAF) are the positions by leaf and `groups` (N + LEAF,) int32 the groups in the order of the tree;
+    of points equally far the first in the order of `channels` (N, C), which begin with the position, is the nearest.
+    Return how many leaves were visited.
     """
     own, size = np.int64(tree.start[index(leaf)]), np.int64(tree.stop[index(leaf)] - tree.start[index(leaf)])
-    near.found[:] = 0
     farthest = -1.0
-    for i in range(size):
+    for i in range(LEAF):
+        empty_row(near, i)
+        if i >= size:
+            near.within[index(i)] = -1.0
         farthest = max(farthest, near.within[index(i)])
-    near.stack[0] = 0
+    near.walk.node[0], near.walk.gap[0] = 0, 0.0
     top, visited = 1, 0
     while farthest >= 0.0:
-        other, top = next_leaf(tree, tree.boxes, leaf, farthest, True, near.stack, top)
+        other, top = next_leaf(tree, tree.boxes, leaf, farthest, True, near.walk, top)
         if other < 0:
             break
         visited += 1
         start, others = np.int64(tree.start[index(other)]), np.int64(tree.stop[index(other)] - tree.start[index(other)])
+        hits = within_leaves(blocks, groups, own, start, near.within, near.leaf_d2)
+        if hits == 0:
+            continue
+        while hits:
+            place = trailing_zeros(hits)
+            hits &= hits - 1
+            i, j, d2 = place & (LEAF - 1), place >> LEAF_SHIFT, near.leaf_d2[index(place)]
+            # Where the reach is endless it holds what fills up the last leaf, too.
+            if d2 <= near.within[index(i)] and j < others:
+                insert_near(channels, np.int64(tree.order[index(start + j)]), d2, near, i)
         farthest = -1.0
         for i in range(size):
-            if near.within[index(i)] >= 0.0:
-                row = index(own // LEAF)
-                x, y, z = blocks[row, 0, index(i)], blocks[row, 1, index(i)], blocks[row, 2, index(i)]
-                leaf_distances(blocks, start // LEAF, x, y, z, near.leaf_d2)
-                for j in range(others):
-                    if near.leaf_d2[index(j)] <= near.within[index(i)]:
-                        insert_near(channels, np.int64(tree.order[index(start + j)]), near.leaf_d2[index(j)], near, i)
-                farthest = max(farthest, near.within[index(i)])
+            farthest = max(farthest, near.within[index(i)])
     return visited
 
 
@@ -75,36 +102,57 @@ def begin_near(near, x, y, z):  # type: ignore[no-untyped-def]
     bound_channel(near.box, 0, 0, x, x)
     bound_channel(near.box, 0, 1, y, y)
     bound_channel(near.box, 0, 2, z, z)
-    near.stack[0], near.found[0] = 0, 0
+    near.walk.node[0], near.walk.gap[0] = 0, 0.0
+    empty_row(near, 0)
 
 
 @inlined
-def leaf_distances(blocks, leaf, x, y, z, leaf_d2):  # type: ignore[no-untyped-def]
-    """Fill `leaf_d2` (LEAF,) with the squared distances of a leaf's points from a place."""
-    row = index(leaf)
-    for j in range(LEAF):
-        dx, dy, dz = blocks[row, 0, index(j)] - x, blocks[row, 1, index(j)] - y, blocks[row, 2, index(j)] - z
-        leaf_d2[index(j)] = dx * dx + dy * dy + dz * dz
+def empty_row(near, i):  # type: ignore[no-untyped-def]
+    """Forget the points nearest to the i-th."""
+    first = i * width_of(near)
+    for cell in range(first + LEAF, first + width_of(near)):
+        near.d2[index(cell)] = np.inf
 
 
 @inlined
 def insert_near(channels, other, d2, near, i):  # type: ignore[no-untyped-def]
     """Insert `other` among the points nearest to the i-th; once there are enough, only nearer ones are looked for."""
-    row, most = index(i), near.d2.shape[1]
-    place = near.found[row]
-    while place > 0 and (
-        d2 < near.d2[row, index(place - 1)]
-        or (d2 == near.d2[row, index(place - 1)] and comes_before(channels, other, near.point[row, index(place - 1)]))
-    ):
+    first = i * width_of(near) + LEAF
+    last = first + near.k - 1
+    if d2 == near.within[index(i)] and d2 == near.d2[index(last)]:
+        if comes_before(channels, other, near.point[index(last)]):
+            near.point[index(last)] = other
+            put_tie_in_order(channels, other, d2, near, first, last)
+        return
+    tied = False
+    for cell in range(first + width_of(near) - 2 * LEAF, first - 1, -LEAF):
+        tied |= insert_lanes(near.d2, near.point, cell, d2, other)
+    if tied:
+        place = first
+        while near.point[index(place)] != other:
+            place += 1
+        put_tie_in_order(channels, other, d2, near, first, place)
+    near.within[index(i)] = min(near.within[index(i)], near.d2[index(last)])
+
+
+@inlined
+def put_tie_in_order(channels, other, d2, near, first, place):  # type: ignore[no-untyped-def]
+    """Move the point `other`, in cell `place`, before those equally far that come after it in order."""
+    while place > first and near.d2[index(place - 1)] == d2:
+        earlier = near.point[index(place - 1)]
+        if not comes_before(channels, other, earlier):
+            break
+        near.point[index(place - 1)], near.point[index(place)] = other, earlier
         place -= 1
-        if place + 1 < most:
-            near.d2[row, index(place + 1)] = near.d2[row, index(place)]
-            near.point[row, index(place + 1)] = near.point[row, index(place)]
-    if place < most:
-        near.d2[row, index(place)], near.point[row, index(place)] = d2, other
-        near.found[row] = min(near.found[row] + 1, most)
-        if near.found[row] == most:
-            near.within[row] = near.d2[row, index(most - 1)]
+
+
+@inlined
+def found_near(near, i):  # type: ignore[no-untyped-def]
+    """Return how many points were found near the i-th."""
+    first, found = i * width_of(near) + LEAF, 0
+    while found < near.k and near.d2[index(first + found)] < np.inf:
+        found += 1
+    return found
 
 
 @kernel

@@ -8,8 +8,13 @@ leaves. So the loop over them is the caller's, whose arrays need not be handed o
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from topo_region_seg.compiled.boxes import box_gap
-from topo_region_seg.compiled.dialect import index, inlined
+from topo_region_seg.compiled.dialect import index, inlined, kernel
+from topo_region_seg.data import FloatArray, IntArray
 
 LEVELS = 32
 """More levels than a tree has whose rows are numbered by int32. Of each, one node waits at most, with that visited."""
@@ -19,27 +24,44 @@ MIXED, NOBODY = -2, -1
 """Of the points of a node: that they are in several regions, that none is in a region."""
 
 
-@inlined
-def next_leaf(tree, boxes, box, reach2, nearest_first, stack, top):  # type: ignore[no-untyped-def]
-    """Return the next leaf whose box is up to `reach2` (m², squared) from one of `boxes`, and the height of the stack.
+class Walk(NamedTuple):
+    """Nodes that a walk has still to visit, and their squared distances, m²."""
 
-    The walk begins with the root alone on the `stack` (LEVELS,), and is over when the leaf is -1. `reach2` may shrink
-    meanwhile, which is worth most if the nearer one of two children comes first.
+    node: IntArray
+    gap: FloatArray
+
+
+@kernel
+def new_walk() -> Walk:
+    """Return a walk that begins at the root."""
+    return Walk(np.zeros(LEVELS, np.int64), np.zeros(LEVELS))
+
+
+@inlined
+def next_leaf(tree, boxes, box, reach2, nearest_first, walk, top):  # type: ignore[no-untyped-def]
+    """Return the next leaf whose box is up to `reach2` (m², squared) from one of `boxes`, and how many nodes wait.
+
+    The walk begins with the root alone, at no distance, and is over when the leaf is -1. `reach2` may shrink meanwhile,
+    which is worth most if the nearer one of two children comes first.
     """
     leaf = -1
     while top > 0 and leaf < 0:
         top -= 1
-        node = stack[index(top)]
-        if box_gap(tree.boxes, node, boxes, box, 0) > reach2:
+        node = walk.node[index(top)]
+        if walk.gap[index(top)] > reach2:
             continue
-        right = tree.right[index(node)]
+        right = np.int64(tree.right[index(node)])
         if right:
-            left_first = not nearest_first or (
-                box_gap(tree.boxes, node + 1, boxes, box, 0) <= box_gap(tree.boxes, right, boxes, box, 0)
-            )
-            stack[index(top)] = right if left_first else node + 1
-            stack[index(top + 1)] = node + 1 if left_first else right
-            top += 2
+            first, second = node + 1, right
+            near, far = box_gap(tree.boxes, first, boxes, box, 0), box_gap(tree.boxes, second, boxes, box, 0)
+            if nearest_first and far < near:
+                first, second, near, far = second, first, far, near
+            if far <= reach2:
+                walk.node[index(top)], walk.gap[index(top)] = second, far
+                top += 1
+            if near <= reach2:
+                walk.node[index(top)], walk.gap[index(top)] = first, near
+                top += 1
         else:
             leaf = node
     return leaf, top

@@ -10,7 +10,7 @@ from topo_region_seg.compiled.boxes import box_of_point
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.nearest import comes_before
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
+from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 
 
@@ -35,13 +35,13 @@ def regions_along(
     (N, 3) counts `across` times more. `region` (N,) is that of each point and `uniform` (K,) that of all points of a
     node, or -1; points in region `nobody` are no candidates. Where there are none, `found` keeps what it has.
     """
-    stack = np.empty(LEVELS, np.int64)
+    walk = new_walk()
     for point in points[first:end]:
         best, choice = np.inf, -1
         box = box_of_point(xyz, point)
-        stack[0], top = 0, 1
+        walk.node[0], walk.gap[0], top = 0, 0.0, 1
         while True:
-            leaf, top = next_leaf(tree, box, 0, min(best, reach * reach), True, stack, top)
+            leaf, top = next_leaf(tree, box, 0, min(best, reach * reach), True, walk, top)
             if leaf < 0:
                 break
             if uniform[leaf] == nobody:

@@ -9,7 +9,7 @@ import numpy as np
 from topo_region_seg.compiled.boxes import LOWER
 from topo_region_seg.compiled.dialect import index, inlined, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
+from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import FloatArray
 
 CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
@@ -30,7 +30,7 @@ def mean_curvatures(
     own = np.empty((6, LEAF), np.float32)
     middle = np.empty(3)
     sums = np.zeros((LEAF, 2))
-    stack = np.empty(LEVELS, np.int64)
+    walk = new_walk()
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
@@ -40,9 +40,9 @@ def mean_curvatures(
         copy_leaf(blocks, tree.start[index(a)] // LEAF, middle, own, 0)
         sums[:] = 0.0
         gathered = 0
-        stack[0], top = 0, 1
+        walk.node[0], walk.gap[0], top = 0, 0.0, 1
         while True:
-            b, top = next_leaf(tree, tree.boxes, a, reach, False, stack, top)
+            b, top = next_leaf(tree, tree.boxes, a, reach, False, walk, top)
             if b < 0:
                 break
             copy_leaf(blocks, tree.start[index(b)] // LEAF, middle, candidates, gathered)

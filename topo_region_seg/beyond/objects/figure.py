@@ -14,7 +14,7 @@ import numpy as np
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.steps.view.grid import Single
-from topo_region_seg.steps.view.label_image import Labels
+from topo_region_seg.steps.view.label_image import Labels, sizes_of
 from topo_region_seg.steps.view.outlines import AT_EDGE, OCCLUDED, OWN, TOUCHING, Relations, relations
 from topo_region_seg.steps.view.scene import BEHIND, STRUCTURE, SUPPORT, Classes, Scene, Surface, within_footprint
 from topo_region_seg.steps.view.table import DepthTable, at_depth
@@ -91,7 +91,7 @@ def confidences(scene: Scene, label: Labels, found: Relations, n: int) -> FloatA
         return shares
 
     grid = scene.grid
-    size = np.bincount(label, minlength=n)
+    size = sizes_of(label, n)
     both = with_ground(label, scene.classes, n)
     flanked = flanked_pixels(both, grid.height, grid.width, n, size < LARGE * len(label)) / total
     plus = share(OWN, every) + share(TOUCHING, ~beside & (found.second != n + 1)) + BESIDE * share(TOUCHING, beside)
@@ -132,12 +132,7 @@ def places_of(
         support.hull,
         near,
     )
-    order = np.lexsort((height, label[rows]))
-    sizes = np.bincount(label[rows], minlength=n)
-    first = np.cumsum(sizes) - sizes
-    place = np.minimum(first + (HIGH * sizes).astype(np.int64), max(len(rows) - 1, 0))
-    highest = height[order][place] if len(rows) else np.zeros(n)
-    return above, np.where(sizes > 0, highest, 0.0)
+    return above, highest_counted(label[rows], height, n)
 
 
 @kernel
@@ -165,6 +160,21 @@ def feet(
         height[i] = h / at_depth(margin, np.float64(depth[p]))
         above[label[p]] += within_footprint(xyz, p, center, axes, hull, near)
     return above, height
+
+
+@kernel
+def highest_counted(label: Labels, height: FloatArray, n: int) -> FloatArray:
+    """Return the height (n,) above which few pixels of each label are; 0 where it has none."""
+    size = sizes_of(label, n)
+    end, own, highest = np.cumsum(size) - size, np.empty(len(height)), np.zeros(n)
+    for i in range(len(label)):
+        own[end[label[i]]] = height[i]
+        end[label[i]] += 1
+    for k in range(n):
+        if size[k] > 0:
+            counted = np.int64(HIGH * size[k])
+            highest[k] = np.partition(own[end[k] - size[k] : end[k]], counted)[counted]
+    return highest
 
 
 @kernel

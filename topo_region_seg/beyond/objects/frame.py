@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from topo_region_seg.beyond.objects.creases import grooves_of_grid
+from topo_region_seg.beyond.objects.lattice import on_lattice
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
 from topo_region_seg.params import Params
@@ -88,10 +89,15 @@ def free_points(scene: Scene, rows: IntArray) -> IntArray:
 
 
 def grooves_in(scene: Scene, normals: FloatArray, rows: IntArray, lengths: Lengths, params: Params) -> BoolArray:
-    """Return which points (N,), at pixels `rows`, lie in a groove, as `find_grooves` does in a tree."""
+    """Return which points (N,), at pixels `rows`, lie in a groove, as `find_grooves` does in a tree.
+
+    Points that others stand for are taken for such, so that no region grows there.
+    """
     placed = normals_of_pixels(normals, rows, len(scene.classes))
-    found = np.zeros(len(rows), np.bool_)
+    own: BoolArray = np.ones(len(rows), np.bool_) if scene.stands_for is None else on_lattice(rows, scene.grid.width)
+    some, grooves, every = rows[own], np.zeros(np.count_nonzero(own), np.bool_), ~own
     limits = params.object_border_radius, scene.model.pixel, math.radians(params.object_groove_angle)
-    given = scene.grid, placed, rows, lengths, *limits
-    side_by_side(grooves_of_grid, [(*given, first, end, found) for first, end in in_parts(len(rows))])
-    return found
+    given = scene.grid, placed, some, lengths, *limits
+    side_by_side(grooves_of_grid, [(*given, first, end, grooves) for first, end in in_parts(len(some))])
+    every[own] = grooves
+    return every

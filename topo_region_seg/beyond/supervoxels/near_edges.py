@@ -9,7 +9,7 @@ import numpy as np
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.predicate import Criterion, edge_length
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
+from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray
 
 
@@ -51,7 +51,7 @@ def near_edges(
     n, most = near.shape
     d2, ranks = np.empty(LEAF), np.empty(LEAF, np.int64)
     found_d2, found = np.empty((LEAF, most)), np.empty((LEAF, most), np.int64)
-    stack = np.empty(LEVELS, np.int64)
+    walk = new_walk()
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
@@ -59,9 +59,9 @@ def near_edges(
         # Full of what comes after all that is within reach.
         found_d2[:], found[:] = limits.reach, n
         farthest = limits.reach
-        stack[0], top = 0, 1
+        walk.node[0], walk.gap[0], top = 0, 0.0, 1
         while True:
-            b, top = next_leaf(tree, tree.boxes, a, farthest, True, stack, top)
+            b, top = next_leaf(tree, tree.boxes, a, farthest, True, walk, top)
             if b < 0:
                 break
             start, others = np.int64(tree.start[index(b)]), np.int64(tree.stop[index(b)] - tree.start[index(b)])

@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import LEAF, Tree, build_tree
+from topo_region_seg.compiled.kd_tree import LEAF, Tree, build_tree, ordered_tree
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import side_by_side
 from topo_region_seg.data import Components, FloatArray, IntArray
@@ -78,11 +79,20 @@ def filtration(
     if needs_normals:
         rows = np.flatnonzero(~np.isnan(channels[:, 6]))
         root, parent, death = np.arange(n), np.arange(n), np.full(n, np.inf)
-        sub_root, sub_parent, sub_death = _grow(np.ascontiguousarray(channels[rows]), limits)
+        some = np.ascontiguousarray(channels[rows])
+        sub_root, sub_parent, sub_death = _grow(some, limits, by_position and _tree_of_some(by_position, some, rows))
         root[rows], parent[rows], death[rows] = rows[sub_root], rows[sub_parent], sub_death
     else:
         root, parent, death = _grow(channels, limits, by_position)
     return Components(root=root, parent=parent, death=death, max_radius=max_radius)
+
+
+def _tree_of_some(tree: Tree, channels: FloatArray, rows: IntArray) -> Tree:
+    """Return the tree over positions of some points, `rows` (M,) of those of a tree, from their `channels` (M, 9)."""
+    number = np.full(len(tree.order), -1, np.int32)
+    number[rows] = np.arange(len(rows), dtype=np.int32)
+    order = number[tree.order]
+    return ordered_tree(order[order >= 0], channels[:, :3])
 
 
 def split_weights(limits: Criterion) -> FloatArray:
@@ -175,7 +185,7 @@ def _by_length(workers: list[_Worker]) -> tuple[Edges, IntArray]:
     """Gather what the workers found at a scale; return it with the order by length."""
     d2, a, b = zip(*(worker.take() for worker in workers), strict=True)
     edges = Edges(np.concatenate(d2), np.concatenate(a), np.concatenate(b))
-    return edges, np.argsort(edges.d2)
+    return edges, order_of(edges.d2)
 
 
 class _Worker:
@@ -196,7 +206,7 @@ class _Worker:
         while self.queue.head[bucket] >= 0:
             if self._n_edges + LEAF * LEAF > len(self._edges.d2):
                 if len(self._edges.d2) >= SPARE_EDGES * n:
-                    order = np.argsort(self._edges.d2[: self._n_edges])
+                    order = order_of(self._edges.d2[: self._n_edges])
                     self._n_edges = spanning_edges(self._forest, self._edges, order)
                 if self._n_edges + LEAF * LEAF > len(self._edges.d2) // 2:
                     self._edges = grown_edges(self._edges)

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import FloatArray
 from topo_region_seg.steps.normals.neighborhoods import nearest_normals, radius_normals
@@ -28,7 +29,7 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
     tree : Tree
         Tree over `xyz`.
     radius : float or (N,) float64
-        Radius of the neighborhoods, or of each point's own, metres.
+        Radius of the neighborhoods, or of each point's own, metres; below 0 for points that are to have no normal.
     min_neighbors : int
         Neighbors that are enough, the point itself included.
 
@@ -45,11 +46,13 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
         radius_normals,
         [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
     )
-    if (counts < min_neighbors).any():
+    if ((counts < min_neighbors) & (reach >= 0.0)).any():
+        alone = np.arange(len(xyz) + LEAF, dtype=np.int32)
+        given = tree, blocks, alone, xyz, counts, WIDEN * reach
         side_by_side(
             nearest_normals,
             [
-                (tree, blocks, xyz, counts, min_neighbors, WIDEN * reach, first, end, normals)
+                (*given, room_for_near(min_neighbors - 1), first, end, normals)
                 for first, end in in_parts(len(tree.start))
             ],
         )

@@ -9,9 +9,9 @@ import numpy as np
 from topo_region_seg.compiled.dialect import borrowed, index, kernel, summing
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
-from topo_region_seg.compiled.nearest import nearest_of_leaf, room_for_near
-from topo_region_seg.compiled.walks import LEVELS, next_leaf
-from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.compiled.nearest import Near, found_near, near_point, nearest_of_leaf
+from topo_region_seg.compiled.walks import new_walk, next_leaf
+from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.steps.normals.fit import fit_normal
 
 CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
@@ -30,26 +30,29 @@ def radius_normals(
 ) -> None:
     """Fill `normals` (N, 3), towards the origin, and `counts` (N,) of neighbors for the leaves of some nodes.
 
-    Both are by point id, and so is `radius` (N,), metres. The point itself counts as a neighbor; a point with fewer
-    than `min_neighbors` of them keeps the normal it has.
+    Both are by point id, and so is `radius` (N,), metres, which is below 0 for points that get none. The point itself
+    counts as a neighbor; a point with fewer than `min_neighbors` of them keeps the normal it has.
     """
     reach = np.zeros(LEAF)
     candidates = np.empty((3, CHUNK))
     moments = np.zeros((LEAF, 10))
-    stack = np.empty(LEVELS, np.int64)
+    walk = new_walk()
     for a in range(first_node, end_node):
         if tree.right[index(a)]:
             continue
         moments[:] = 0.0
-        farthest = 0.0
+        farthest = -1.0
         for i in range(tree.stop[a] - tree.start[a]):
-            reach[i] = radius[tree.order[tree.start[a] + i]] ** 2
+            own_radius = radius[tree.order[tree.start[a] + i]]
+            reach[i] = own_radius**2 if own_radius >= 0.0 else -1.0
             farthest = max(farthest, reach[i])
+        if farthest < 0.0:
+            continue
         own = index(tree.start[a] // LEAF)
         gathered = 0
-        stack[0], top = 0, 1
+        walk.node[0], walk.gap[0], top = 0, 0.0, 1
         while True:
-            b, top = next_leaf(tree, tree.boxes, a, farthest, False, stack, top)
+            b, top = next_leaf(tree, tree.boxes, a, farthest, False, walk, top)
             if b < 0:
                 break
             leaf = index(tree.start[index(b)] // LEAF)
@@ -72,13 +75,15 @@ def radius_normals(
 def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[no-untyped-def]
     """Add to `moments` (LEAF, 10) of a leaf's points those of the candidates within reach: count, sums, products.
 
-    `reach` (LEAF,) is the square of each point's radius.
+    `reach` (LEAF,) is the square of each point's radius; below 0: of points that get none.
 
     Offsets are from the point itself, which keeps the sums small and so exact.
     """
     for i in range(LEAF):
         x, y, z = blocks[leaf, 0, i], blocks[leaf, 1, i], blocks[leaf, 2, i]
         within = reach[i]
+        if within < 0.0:
+            continue
         found = NO_MOMENTS
         for j in range(n):
             dx = candidates[0, index(j)] - x
@@ -93,37 +98,40 @@ def add_neighbors(blocks, leaf, candidates, n, reach, moments):  # type: ignore[
 def nearest_normals(
     tree: Tree,
     blocks: FloatArray,
+    alone: IndexArray,
     xyz: FloatArray,
     counts: IntArray,
-    k: int,
     reach: FloatArray,
+    near: Near,
     first_node: int,
     end_node: int,
     normals: FloatArray,
 ) -> int:
-    """Fill the rows of `normals` (N, 3) of the points with less than `k` `counts` (N,) in the leaves of some nodes.
+    """Fill the rows of `normals` (N, 3) of the points with too small `counts` (N,) in the leaves of some nodes.
 
-    They come from the `k` nearest points, themselves included, within `reach` (N,), m. Points with fewer than three of
-    them keep what they have. Return how many leaves were visited.
+    They come from each point and as many others as `near` has room for, the nearest ones within `reach` (N,), m: points
+    with as many `counts`, themselves included, have enough. Points with fewer than two others keep what they have.
+    `alone` (N + LEAF,) counts the rows of the tree. Return how many leaves were visited.
     """
-    tree, blocks, xyz = borrowed(tree), borrowed(blocks), borrowed(xyz)
-    near, visited = room_for_near(k), 0
+    tree, blocks, alone, xyz = borrowed(tree), borrowed(blocks), borrowed(alone), borrowed(xyz)
+    near, visited = borrowed(near), 0
     for leaf in range(first_node, end_node):
         if tree.right[index(leaf)]:
             continue
         first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
         for i in range(size):
             point = tree.order[index(first + i)]
-            near.within[index(i)] = reach[point] ** 2 if counts[point] < k else -1.0
-        visited += nearest_of_leaf(tree, blocks, xyz, leaf, near)
+            near.within[index(i)] = reach[point] ** 2 if counts[point] <= near.k and reach[point] >= 0.0 else -1.0
+        visited += nearest_of_leaf(tree, blocks, alone, xyz, leaf, near)
         for i in range(size):
             point = tree.order[index(first + i)]
-            if near.found[index(i)] < 3:
+            found = found_near(near, i)
+            if found < 2:
                 continue
             x, y, z = xyz[point]
-            m = NO_MOMENTS
-            for n in range(near.found[index(i)]):
-                other = index(near.point[index(i), index(n)])
+            m = with_point(NO_MOMENTS, True, 0.0, 0.0, 0.0)
+            for n in range(found):
+                other = index(near_point(near, i, n))
                 m = with_point(m, True, xyz[other, 0] - x, xyz[other, 1] - y, xyz[other, 2] - z)
             fit_normal(m, x, y, z, normals[point])
     return visited

@@ -16,7 +16,9 @@ import numpy as np
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
-from topo_region_seg.compiled.nearest import begin_near, insert_near, leaf_distances, nearest_of_leaf, room_for_near
+from topo_region_seg.compiled.lanes import trailing_zeros
+from topo_region_seg.compiled.near_lanes import within_leaf
+from topo_region_seg.compiled.nearest import Near, begin_near, found_near, insert_near, near_point, nearest_of_leaf
 from topo_region_seg.compiled.union_find import find
 from topo_region_seg.compiled.walks import next_leaf
 from topo_region_seg.data import FloatArray, IndexArray
@@ -26,7 +28,7 @@ NOBODY = -1
 
 
 class NearLists(NamedTuple):
-    """The points nearest to each of L points, themselves among them."""
+    """The points of other regions, as these are to begin with, that are nearest to each of L points."""
 
     row: IndexArray  # (N,) row in `near` of each point that has one; NOBODY for all others
     near: IndexArray  # (L, k) the nearest first; NOBODY where there are fewer
@@ -34,11 +36,23 @@ class NearLists(NamedTuple):
 
 @kernel
 def fill_near_lists(
-    tree: Tree, blocks: FloatArray, channels: FloatArray, reach: float, first_node: int, end_node: int, lists: NearLists
+    tree: Tree,
+    blocks: FloatArray,
+    groups: IndexArray,
+    channels: FloatArray,
+    reach: float,
+    near: Near,
+    first_node: int,
+    end_node: int,
+    lists: NearLists,
 ) -> int:
-    """Fill the lists of the points in the leaves of some nodes, up to `reach` away; return how many leaves it took."""
-    tree, blocks, channels, lists = borrowed(tree), borrowed(blocks), borrowed(channels), borrowed(lists)
-    near, visited = room_for_near(lists.near.shape[1]), 0
+    """Fill the lists of the points in the leaves of some nodes, up to `reach` away; return how many leaves it took.
+
+    `groups` (N + LEAF,) are the regions in the order of the tree, to begin with: they only grow.
+    """
+    tree, blocks, groups = borrowed(tree), borrowed(blocks), borrowed(groups)
+    channels, near, lists = borrowed(channels), borrowed(near), borrowed(lists)
+    visited = 0
     for leaf in range(first_node, end_node):
         if tree.right[index(leaf)]:
             continue
@@ -46,11 +60,11 @@ def fill_near_lists(
         for i in range(size):
             listed = lists.row[index(tree.order[index(first + i)])] >= 0
             near.within[index(i)] = reach * reach if listed else -1.0
-        visited += nearest_of_leaf(tree, blocks, channels, leaf, near)
+        visited += nearest_of_leaf(tree, blocks, groups, channels, leaf, near)
         for i in range(size):
             row = lists.row[index(tree.order[index(first + i)])]
-            for place in range(near.found[index(i)]):
-                lists.near[index(row), index(place)] = near.point[index(i), index(place)]
+            for place in range(found_near(near, i) if row >= 0 else 0):
+                lists.near[index(row), index(place)] = near_point(near, i, place)
     return visited
 
 
@@ -69,12 +83,13 @@ def region_boxes(channels, region, n_regions):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def listed_outside(lists, channels, region, parent, boxes, reach, point, own, near):  # type: ignore[no-untyped-def]
-    """Put the points from the list of `point` in `near` that are outside of its region, `own`, and near the box of it.
+def listed_outside(lists, region, parent, boxes, point, own, near):  # type: ignore[no-untyped-def]
+    """Put the points from the list of `point` in `near` that are outside of its region, `own`.
 
-    Return how many, and whether the tree holds no other among the nearest.
+    They are near the box of the region, as `point` is in it. Return how many, and whether the tree holds no other among
+    the nearest.
     """
-    found, most, row = 0, near.point.shape[1], index(lists.row[index(point)])
+    found, row = 0, index(lists.row[index(point)])
     for place in range(lists.near.shape[1]):
         other = np.int64(lists.near[row, index(place)])
         if other == NOBODY:
@@ -83,10 +98,10 @@ def listed_outside(lists, channels, region, parent, boxes, reach, point, own, ne
             for c in range(3):
                 alone = alone and boxes[own, 0, c] == boxes[own, 1, c]
             return found, alone
-        if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
-            near.point[0, index(found)] = other
+        if find(parent, region[index(other)]) != own:
+            near.point[index(LEAF + found)] = other
             found += 1
-            if found == most:
+            if found == near.k:
                 return found, True
     return found, False
 
@@ -111,22 +126,24 @@ def nearest_outside(  # type: ignore[no-untyped-def]
     near.within[0] = ABOVE * (math.sqrt(corner2) + reach) ** 2
     top, visited = 1, 0
     while True:
-        node, top = next_leaf(tree, near.box, 0, near.within[0], True, near.stack, top)
+        node, top = next_leaf(tree, near.box, 0, near.within[0], True, near.walk, top)
         if node < 0:
             break
         visited += 1
         only = uniform[index(node)]
         if only >= 0 and find(parent, only) == own:
             continue
-        start, stop = tree.start[index(node)], tree.stop[index(node)]
-        leaf_distances(blocks, start // LEAF, x, y, z, near.leaf_d2)
-        for i in range(stop - start):
-            d2 = near.leaf_d2[index(i)]
-            if d2 <= near.within[0]:
-                other = np.int64(tree.order[index(start + i)])
+        start, stop = np.int64(tree.start[index(node)]), np.int64(tree.stop[index(node)])
+        hits = within_leaf(blocks, start, x, y, z, near.within[0], near.leaf_d2)
+        while hits:
+            j = trailing_zeros(hits)
+            hits &= hits - 1
+            d2 = near.leaf_d2[index(j)]
+            if d2 <= near.within[0] and j < stop - start:
+                other = np.int64(tree.order[index(start + j)])
                 if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
                     insert_near(channels, other, d2, near, 0)
-    return near.found[0], visited
+    return found_near(near, 0), visited
 
 
 @inlined
@@ -140,11 +157,11 @@ def near_box(channels, point, boxes, own, reach):  # type: ignore[no-untyped-def
 
 
 @inlined
-def most_alike(channels, point, candidates, found, limits):  # type: ignore[no-untyped-def]
-    """Return the candidate with the smallest sum of squared differences in units of the limits; ties: the nearest."""
-    best, choice = np.inf, candidates[0]
+def most_alike(channels, point, near, found, limits):  # type: ignore[no-untyped-def]
+    """Return the near point with the smallest sum of squared differences in units of the limits; ties: the nearest."""
+    best, choice = np.inf, near_point(near, 0, 0)
     for place in range(found):
-        other = candidates[place]
+        other = near_point(near, 0, place)
         color, chord = 0.0, 0.0
         for c in range(3):
             color += (channels[other, 3 + c] - channels[point, 3 + c]) ** 2

@@ -8,20 +8,22 @@ import math
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.partition import count_off, first_points
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import in_parts, side_by_side
-from topo_region_seg.data import BoolArray, FloatArray, IntArray
+from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.small_regions.candidates import NOBODY, NearLists, fill_near_lists
 from topo_region_seg.steps.small_regions.merging import merge_small_regions
+from topo_region_seg.steps.small_regions.ranks import ranks_of
 
 CANDIDATES = 8  # points of other regions among which the most alike is chosen
 REACH = 3.0
 """Radii up to which such a point may lie from the box of a small region: farther away it is nothing that touches it."""
-LISTED = 12
+LISTED = 15
 """Nearest points of each representative that are found beforehand, as most regions have few points."""
 NONE = -1
 
@@ -65,7 +67,7 @@ def settle_small_regions(
         reach = REACH * math.sqrt(limits.reach)
         representative = first_points(channels, region, len(size))
         blocks = leaf_blocks(tree, channels[:, :3])
-        lists = _near_lists(channels, tree, blocks, representative[small], reach)
+        lists = _near_lists(channels, tree, blocks, region, representative[small], reach)
         target, _ = merge_small_regions(
             tree,
             blocks,
@@ -73,7 +75,7 @@ def settle_small_regions(
             region,
             size,
             representative,
-            _ranks(channels[representative]),
+            ranks_of(channels, representative),
             lists,
             limits,
             # No region can have more points than all have.
@@ -87,23 +89,16 @@ def settle_small_regions(
     return kept[region]
 
 
-def _near_lists(channels: FloatArray, tree: Tree, blocks: FloatArray, points: IntArray, reach: float) -> NearLists:
-    """Return the points nearest to some, up to `reach` away."""
+def _near_lists(
+    channels: FloatArray, tree: Tree, blocks: FloatArray, region: IntArray, points: IntArray, reach: float
+) -> NearLists:
+    """Return the points of other regions nearest to some, up to `reach` away."""
     row = np.full(len(channels), NOBODY, np.int32)
     row[points] = np.arange(len(points), dtype=np.int32)
     lists = NearLists(row, np.full((len(points), LISTED), NOBODY, np.int32))
-    parts = in_parts(len(tree.start))
-    side_by_side(fill_near_lists, [(tree, blocks, channels, reach, first, end, lists) for first, end in parts])
+    groups = np.zeros(len(channels) + LEAF, np.int32)
+    groups[: len(channels)] = region[tree.order]
+    given = tree, blocks, groups, channels, reach
+    parts = [(*given, room_for_near(LISTED), first, end, lists) for first, end in in_parts(len(tree.start))]
+    side_by_side(fill_near_lists, parts)
     return lists
-
-
-def _ranks(points: FloatArray) -> IntArray:
-    """Return the place of each point (R, 9) in their order: by x, then y, z and the features."""
-    order = np.argsort(points[:, 0])
-    same: BoolArray = np.diff(points[order, 0]) == 0.0
-    tied = np.flatnonzero(np.append(same, False) | np.append(False, same))
-    rows = order[tied]
-    order[tied] = rows[np.lexsort(points[rows, ::-1].T)]
-    rank = np.empty(len(points), np.int64)
-    rank[order] = np.arange(len(points))
-    return rank

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.data import FloatArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.model import SensorModel
@@ -33,7 +34,7 @@ MOST_MARGIN = 0.03
 """Largest margin, metres: what stands on a table is not to go with it, however noisy it is."""
 BINS = 8
 """Depths at which the scatter is told."""
-FEWEST = 100
+FEWEST, STEP = 100, 5
 """Points that tell it, of every fifth pixel."""
 OWN = 0.03
 """Share of its outline where a wall, or another surface that goes on behind what is before it, may hide something."""
@@ -91,12 +92,10 @@ def margins(grid: ImageGrid, model: SensorModel, surface: Surface, least: float,
     margin = np.full(len(depths), least)
     if not exact:
         margin = np.clip(MARGIN * model.noise.value, least, max(MOST_MARGIN, least))
-        depth = grid.depth[::5]
-        height = np.abs(grid.xyz[::5] @ surface.normal.astype(np.float32) + np.float32(surface.offset))
-        near = height < np.minimum(MOST_MARGIN, 2.0 * np.interp(depth, depths, margin))
-        if np.count_nonzero(near) > FEWEST:
-            height, depth = height[near], depth[near]
-            order = np.argsort(depth)
+        by_noise = DepthTable(model.noise.near, model.noise.density, margin)
+        height, depth = near_heights(grid.xyz, grid.depth, surface.normal, surface.offset, by_noise)
+        if len(height) > FEWEST:
+            order = order_of(depth)
             bounds = np.linspace(0, len(order), BINS + 1).astype(int)
             parts = [order[a:b] for a, b in pairwise(bounds)]
             at = [(depth[part[0]] + depth[part[-1]]) / 2.0 for part in parts]
@@ -104,6 +103,26 @@ def margins(grid: ImageGrid, model: SensorModel, surface: Surface, least: float,
             wide = np.maximum(margin, SCATTER * np.interp(depths, at, scatter))
             margin = np.minimum(wide, max(MOST_MARGIN, least))
     return DepthTable(model.noise.near, model.noise.density, margin)
+
+
+@kernel
+def near_heights(
+    xyz: Single, depth: Single, normal: FloatArray, offset: float, margin: DepthTable
+) -> tuple[FloatArray, FloatArray]:
+    """Return heights (H,) above or below a surface of points within twice the margin, and their depths (H,), metres.
+
+    Every fifth pixel is looked at.
+    """
+    heights, depths, count = np.empty(len(depth) // STEP + 1), np.empty(len(depth) // STEP + 1), 0
+    for p in range(0, len(depth), STEP):
+        z = np.float64(depth[p])
+        if not abs(z) < np.inf:
+            continue
+        height = abs(normal[0] * xyz[p, 0] + normal[1] * xyz[p, 1] + normal[2] * xyz[p, 2] + offset)
+        if height < min(MOST_MARGIN, 2.0 * at_depth(margin, z)):
+            heights[count], depths[count] = height, z
+            count += 1
+    return heights[:count].copy(), depths[:count].copy()
 
 
 @kernel

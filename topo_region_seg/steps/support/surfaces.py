@@ -11,6 +11,7 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from topo_region_seg.data import BoolArray, FloatArray
+from topo_region_seg.steps.support.footprints import outside_polygon, seen_around, weighed_scatter
 from topo_region_seg.steps.support.hypotheses import best_hypothesis
 from topo_region_seg.steps.support.search import MISS
 from topo_region_seg.steps.view.grid import ImageGrid, Single
@@ -35,11 +36,10 @@ FITTED, REFINEMENTS = 5_000, 5
 """About how many points a plane is fitted to, and how often."""
 GAPS = 2
 """Half the width, pixels of the coarse image, of gaps across which points are joined."""
-HIGH = 0.5
-"""Height above a surface, metres, up to which points are in front of it."""
-SEEN_THROUGH = 3.0
-"""Tolerances behind a surface from which on it is seen through."""
 BOX = np.ones((3, 3))
+DIRECTIONS, ROUNDING = 16, 1e-9
+"""Directions in which points are extreme, and the distance from the sides of their polygon, as a share of its size,
+within which points may be corners of a footprint, too."""
 
 
 def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: int) -> list[Surface]:
@@ -85,13 +85,10 @@ def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: 
 def _fitted(points: FloatArray, near: FloatArray, normal: FloatArray, offset: float) -> tuple[FloatArray, float]:
     """Fit a plane to the points on it, weighed by their noise: far ones, of which more are near it, do not turn it."""
     for _ in range(REFINEMENTS):
-        on = np.abs(points @ normal + offset) < near
-        if np.count_nonzero(on) < 3:
+        count, center, scatter = weighed_scatter(points, near, normal, offset)
+        if count < 3:
             break
-        mine, weight = points[on], near[on, None] ** -2
-        center = (mine * weight).sum(axis=0) / weight.sum()
-        apart = (mine - center) / near[on, None]
-        normal = np.linalg.eigh(apart.T @ apart)[1][:, 0]
+        normal = np.ascontiguousarray(np.linalg.eigh(scatter)[1][:, 0])
         offset = -float(normal @ center)
     return normal, offset
 
@@ -100,38 +97,37 @@ def _described(points: FloatArray, near: FloatArray, own: BoolArray) -> Surface 
     mine = points[own]
     center = mine.mean(axis=0)
     vectors = np.linalg.eigh(np.cov((mine - center).T))[1]
-    normal, axes = vectors[:, 0], vectors[:, 1:]
+    normal, axes = np.ascontiguousarray(vectors[:, 0]), np.ascontiguousarray(vectors[:, 1:])
     offset = -float(normal @ center)
     if offset < 0.0:
         normal, offset = -normal, -offset
     flat = (mine - center) @ axes
     low, high = np.percentile(flat, [2.0, 98.0], axis=0)
     try:
-        hull = ConvexHull(flat).equations
+        hull = ConvexHull(_outer(flat)).equations
     except QhullError:  # all on a line
         return None
-    along = points @ normal
-    height = along + offset
-    ray = -offset / np.minimum(along, -1e-9)  # where the line of sight meets the plane
-    behind = (height < -SEEN_THROUGH * near) & (ray > 0.0) & (ray < 1.0)
-    before = (height > near) & (height < HIGH)
-
-    def inside(places: FloatArray) -> float:
-        within = ((places - center) @ axes @ hull[:, :2].T + hull[:, 2] <= 0.0).all(axis=1)
-        return float(np.count_nonzero(within)) / len(points)
-
+    front, through = seen_around(points, near, normal, offset, center, axes, hull)
     return Surface(
         normal=normal,
         offset=offset,
         share=len(mine) / len(points),
-        front=inside(points[before]),
-        through=inside(points[behind] * ray[behind, None]),
+        front=front / len(points),
+        through=through / len(points),
         side=float((high - low).min()),
         own=0.0,
         center=center,
         axes=axes,
         hull=hull,
     )
+
+
+def _outer(flat: FloatArray) -> FloatArray:
+    """Return those of points (N, 2) that are not inside the polygon of the extreme ones in some directions."""
+    angle = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
+    extreme = flat[np.unique((flat @ np.stack([np.cos(angle), np.sin(angle)])).argmax(axis=0))]
+    sides = ConvexHull(extreme).equations
+    return flat[outside_polygon(flat, sides, float(np.abs(flat).max()) * ROUNDING)]
 
 
 def _with_outline(surface: Surface, label: np.ndarray, depth: Single, model: SensorModel, step: int) -> Surface:

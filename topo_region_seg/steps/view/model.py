@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from topo_region_seg.compiled.dialect import kernel
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.data import FloatArray
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.table import KNOTS, DepthTable
@@ -71,7 +72,7 @@ def sensor_model(grid: ImageGrid) -> SensorModel | None:
     angles, bends, depths, valid = grid_bends(grid.xyz, grid.depth, grid.height, grid.width, APART, step)
     if len(bends) < FEWEST or len(angles) < FEWEST:
         return None
-    order = np.argsort(depths)
+    order = order_of(depths)
     bends, depths = bends[order], depths[order]
     bounds = np.linspace(0, len(bends), BINS + 1).astype(int)
     # The middle of a bin, and not its median: what most points lie at must not stand for the whole bin.

@@ -90,13 +90,16 @@ def transitions(
     key, count = np.empty(4096, np.int64), 0
     frame, void = np.zeros(n_labels), np.zeros(n_labels)
     # The last labelled pixel of the row so far, and of each column, so that the image is read once, in order.
-    above = np.full(width, NONE)
+    above, above_label = np.full(width, NONE), np.zeros(width, np.int64)
     for y in range(height):
-        left = NONE
+        left, left_label = NONE, 0
         for x in range(width):
             q = y * width + x
             b = np.int64(label[q])
             if b == 0:
+                continue
+            if b == left_label and b == above_label[x]:
+                left = above[x] = q
                 continue
             for down in range(2):
                 p, place, stride = (above[x], y, width) if down else (left, x, 1)
@@ -120,7 +123,7 @@ def transitions(
                 key[count] = (a * n_labels + b) * 3 + kind
                 key[count + 1] = (b * n_labels + a) * 3 + 2 - kind
                 count += 2
-            left, above[x] = q, q
+            left, left_label, above[x], above_label[x] = q, b, q, b
         if left != NONE:
             if (y + 1) * width - 1 - left <= AT_EDGE:
                 frame[label[left]] += 1.0

@@ -65,10 +65,10 @@ def within_footprint(xyz, p, center, axes, hull, near):  # type: ignore[no-untyp
         d = xyz[p, c] - center[c]
         a += d * axes[c, 0]
         b += d * axes[c, 1]
-    within = True
-    for k in range(len(hull)):
-        within &= hull[k, 0] * a + hull[k, 1] * b + hull[k, 2] <= near
-    return within
+    k = 0
+    while k < len(hull) and hull[k, 0] * a + hull[k, 1] * b + hull[k, 2] <= near:
+        k += 1
+    return k == len(hull)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +91,8 @@ class Scene:
         Height above the support within which points are on it, metres, by depth.
     axes : (3, 3) float64
         The camera's axes: the image's right, down, and the middle of the view.
+    stands_for : (P,) int32 or None
+        The pixel, counted from 1, whose normal and region each has; 0 where there is none. None: each has its own.
     """
 
     grid: ImageGrid
@@ -100,3 +102,4 @@ class Scene:
     structure: tuple[Surface, ...] = ()
     margin: DepthTable | None = None
     axes: FloatArray = field(default_factory=lambda: np.eye(3))
+    stands_for: npt.NDArray[np.int32] | None = None
