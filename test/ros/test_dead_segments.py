@@ -111,8 +111,9 @@ def test_what_a_killed_node_leaves_goes_at_the_next_start(ros_domain: int, tmp_p
         killed.process.send_signal(signal.SIGKILL)
         killed.process.wait()
         time.sleep(YOUNG)
+        there = all(path.exists() for path in left)  # unless a node of another suite on this machine removed them
         with running_node(ros_domain + 50, tmp_path / "next.txt", "-p", "autostart:=false") as node:
             node.wait_for_log("autostart is off")
-            assert "segment(s) of dead processes" in node.log
+            assert not there or "segment(s) of dead processes" in node.log
             assert not [path for path in left if path.exists()]
             assert all(path.exists() for path in living)
