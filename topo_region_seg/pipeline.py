@@ -16,6 +16,7 @@ from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.clock import Clock
+from topo_region_seg.cloud import depth_image
 from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
@@ -211,6 +212,7 @@ def warm_up() -> None:
     read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
     record = np.zeros((1, 5), np.float32)
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
+    depth_image.warm_up()
     # Points as dense as these have more edges at one scale than a forest needs.
     dense = np.random.default_rng(0).normal(scale=0.001, size=(300, 3))
     growth = growth_of_regions(Params())

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, decode_message
@@ -19,7 +20,7 @@ from topo_region_seg.offline.bags.records import BagError, BagReader, Record, To
 from topo_region_seg.offline.evaluation.labels import has_labels, labels_of
 from topo_region_seg.offline.evaluation.source import Source
 from topo_region_seg.offline.frames import Rejection
-from topo_region_seg.offline.stamps import seconds, stamp_of
+from topo_region_seg.offline.stamps import seconds
 
 TRUTH_TOPIC = "/ground_truth/labels"
 """Where truth is looked for unless a topic is asked for."""
