@@ -86,11 +86,11 @@ def decode_depth(
             if needs_color:
                 raise
             warn("color_unreadable", f"{error.detail}; read without color")
-    return Cloud(points(pixels, camera), rgb, height, width)
+    return Cloud(points_of(pixels, camera), rgb, height, width)
 
 
-def points(pixels: DepthPixels, camera: Camera) -> npt.NDArray[np.float32]:
-    """Return the points (N, 3) that a camera sees."""
+def points_of(pixels: DepthPixels, camera: Camera) -> npt.NDArray[np.float32]:
+    """Return what a camera sees, (N, 3) float32, metres."""
     height, width = pixels.height, pixels.width
     xyz = np.empty((height * width, 3), np.float32)
     metres = MILLIMETRE if pixels.values.dtype.kind == "u" else METRE
@@ -115,5 +115,5 @@ def warm_up() -> None:
     for kind in (np.uint16, np.float32):
         pixels = DepthPixels(read_only(np.ones(4, kind)), 2, 2, 2)
         for distortion in ((), lens):
-            points(pixels, Camera(1.0, 1.0, 0.5, 0.5, distortion))
+            points_of(pixels, Camera(1.0, 1.0, 0.5, 0.5, distortion))
     read_colors(read_only(np.zeros(12, np.uint8)), 0, 2, 2, 6, 3, (0, 1, 2), np.empty((4, 3), np.uint8))

@@ -16,6 +16,22 @@ class NodeParams(ParameterTable):
     autostart: bool = parameter(
         True, "configure and activate the node at start; false = wait for the lifecycle services", live=False
     )
+    input: str = parameter(
+        "points",
+        "what the node subscribes to, read at activation: clouds on `points`, or depth images on `depth/image` with "
+        "`depth/camera_info` and, where color counts, `color/image`",
+        choices=("points", "depth"),
+    )
+    depth_transport: str = parameter(
+        "raw",
+        "how depth images come, read at activation: as they are, or packed on `depth/image/compressedDepth`",
+        choices=("raw", "compressedDepth"),
+    )
+    color_transport: str = parameter(
+        "raw",
+        "how color images come, read at activation: as they are, or packed on `color/image/compressed`",
+        choices=("raw", "compressed"),
+    )
     input_reliability: str = parameter(
         "auto",
         "QoS reliability of the input, read at activation; auto = reliable until a best-effort publisher appears",

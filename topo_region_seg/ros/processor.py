@@ -6,28 +6,19 @@ from __future__ import annotations
 
 import time
 import traceback
-from dataclasses import dataclass, field
 
 from rclpy.lifecycle import LifecycleNode
-from sensor_msgs.msg import PointCloud2
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
-from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.layout import CloudFormatError
 from topo_region_seg.pipeline import MissingColorError, Pipeline
+from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.statistics import Statistics
 
 ASKED_FOR = frozenset({"thinned"})
 """Notices of what a parameter asks for: said once, and no reason to warn in the diagnostics."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A message and when it arrived (monotonic clock, seconds)."""
-
-    msg: PointCloud2
-    arrived: float = field(default_factory=time.monotonic)
 
 
 class FrameProcessor:
@@ -72,8 +63,7 @@ class FrameProcessor:
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
         started = time.monotonic()
-        cloud = decode(
-            frame.msg,
+        cloud = frame.decode(
             max_points=pipeline.params.point_limit,
             warn=self._log.once,
             needs_color=pipeline.needs_color,

@@ -19,8 +19,8 @@ from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros import parameters
-from topo_region_seg.ros.input import Input
-from topo_region_seg.ros.input_quality import FOLLOWED
+from topo_region_seg.ros.input import FrameSource
+from topo_region_seg.ros.inputs import open_input
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.parameter_names import unknown
@@ -41,7 +41,7 @@ RECOVERY = "recovery"
 
 
 class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyped
-    """Segment every cloud on `points`, the newest first.
+    """Segment every cloud on `points`, or what depth images show, the newest first.
 
     Unconfigured: parameters and diagnostics. Inactive: also compiled kernels and the output topics.
     Active: also the subscription and the worker thread.
@@ -78,7 +78,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._statistics = Statistics()
         self._outputs: Outputs | None = None
         self._processor: FrameProcessor | None = None
-        self._input: Input | None = None
+        self._input: FrameSource | None = None
         self._failure: str | None = None
         self._warned_of_overrides = False
         self.start_failed = False
@@ -122,10 +122,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             self._statistics.restart()
             super(RegionSegmentation, self).on_activate(state)
             self._processor.forget()
-            reliability = self._node_params.input_reliability
-            self._input = Input(self, self._processor.process, self._statistics, self._log, reliability)
+            self._input = open_input(self, self._processor, self._statistics, self._log, self._node_params)
             self._warn_of_unused_overrides(self._input)
-            self.get_logger().info(f"active: waiting for clouds on {self._input.topic}")
+            self.get_logger().info(f"active: waiting for {self._input.what} on {self._input.topic}")
 
         return self._transition("activate", activate, undo=self._close_input)
 
@@ -186,10 +185,10 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             self._reporter.wait_until_heard()
         self.context.try_shutdown()
 
-    def _warn_of_unused_overrides(self, source: Input) -> None:
+    def _warn_of_unused_overrides(self, source: FrameSource) -> None:
         if not self._warned_of_overrides:
             self._warned_of_overrides = True
-            for line in unused(self, [source.quality.override(kind) for kind in FOLLOWED]):
+            for line in unused(self, source.possible_overrides):
                 self.get_logger().warning(line)
 
     def _survive_invalid_transitions(self) -> None:
@@ -243,6 +242,8 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._node_params = parameters.read(self, NodeParams)
         if self._processor is not None and self._processor.pipeline.params != self._params:
             self._processor.pipeline = Pipeline(self._params)
+            if self._input is not None:
+                self._input.follow_publishers()  # color may count now, or no more
         after = {**self._params.as_dict(), **self._node_params.as_dict()}
         changed = [f"{name} = {value}" for name, value in after.items() if value != before[name]]
         if changed:

@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile
 
 from topo_region_seg.ros.advice import advice
 from topo_region_seg.ros.diagnostics import diagnostics
-from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.statistics import Statistics
 
@@ -48,7 +48,7 @@ class Reporter:
             qos_overriding_options=overriding(node, "/diagnostics", "publisher"),
         )
 
-    def report(self, state: str, failure: str | None, source: Input | None, input_timeout: float) -> None:
+    def report(self, state: str, failure: str | None, source: FrameSource | None, input_timeout: float) -> None:
         """Publish the figures of this moment, compared with those of the last report.
 
         `failure` says why the last transition failed, None if it did not; `source` is the input of an active node.
@@ -65,11 +65,11 @@ class Reporter:
         silent = state == "active" and 0 < input_timeout <= now.idle
         if silent and source is not None and (text := advice(self._node, source, heard)) != self._advised:
             # Again where the advice changes, as when a camera has come up on another topic.
-            self._node.get_logger().warning(f"no clouds on {source.topic} for {now.idle:.0f} s{text}")
+            self._node.get_logger().warning(f"no {source.what} on {source.topic} for {now.idle:.0f} s{text}")
             self._advised = text
         if self._advised is not None and not silent:
-            if state == "active":
-                self._node.get_logger().info("clouds are coming in")
+            if source is not None:
+                self._node.get_logger().info(f"{source.what} are coming in")
             self._advised = None
 
     def wait_for_listeners(self) -> None:
