@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from array import array
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +16,7 @@ import images
 import numpy as np
 import pytest
 from clouds import message
+from places import ROOT
 
 pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
 
@@ -22,6 +26,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+from topo_region_seg.offline.simulation.recording import write_recording
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 
@@ -291,3 +296,52 @@ def test_silence_is_said_with_the_depth_images_that_there_are(ros_domain: int, t
     finally:
         del made
         client.close()
+
+
+def played(domain: int, *arguments: object) -> tuple[int, str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "topo_region_seg", "play", *map(str, arguments)],
+        env={**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=STARTUP,
+    )
+    return done.returncode, done.stderr
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The view, eight times, as images alone."""
+    camera = Camera.kinect(WIDTH, HEIGHT)
+    frame = simulate(tabletop(seed=3), camera, seed=3)
+    path = tmp_path_factory.mktemp("recording") / "images.mcap"
+    write_recording(path, [(frame.cloud, frame.labels)] * 8, camera=camera, clouds=False)
+    return path
+
+
+@pytest.mark.parametrize("stamp", ["recorded", "now"])
+def test_recorded_images_are_played_to_the_inputs_of_the_node(
+    client: Rig, view: View, recording: Path, ros_domain: int, stamp: str
+) -> None:
+    before = len(client.labeled)
+    status, err = played(ros_domain, recording, "--stamp", stamp, "--hz", 10)
+    assert status == 0, err
+    assert "published 8 depth images of /camera/depth/image_rect_raw on depth/image" in err
+    until(lambda: len(client.labeled) > before, "labels of the recording")
+    assert client.labeled[-1].header.frame_id == "camera_depth_optical_frame"
+    np.testing.assert_array_equal(label_column(client.labeled[-1]), view.labels(Params()))
+
+
+def test_recorded_images_are_played_as_clouds(view: View, recording: Path, ros_domain: int) -> None:
+    client = Client(ros_domain + 50)
+    try:
+        clouds = client.collect(PointCloud2, "points")
+        status, err = played(ros_domain + 50, recording, "--as-clouds", "--hz", 20, "--wait-timeout", 60)
+        assert status == 0 and "published 8 clouds of /camera/depth/image_rect_raw on points" in err
+        until(lambda: len(clouds) == 8, "all clouds")
+        xyz = decode(clouds[-1], max_points=10**6).xyz
+        np.testing.assert_array_equal(xyz, images.cloud_of_depth_image_proc(view.depth, view.info))
+    finally:
+        client.close()
+    status, err = played(ros_domain + 50, recording, "--remap-to", "elsewhere")
+    assert status == 2 and "use --ros-args -r depth/image:=TOPIC" in err

@@ -11,7 +11,9 @@ from typing import Any
 from topo_region_seg.cloud import messages
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cdr
-from topo_region_seg.offline.bags.records import Record
+from topo_region_seg.offline.bags.image_topics import base_name
+from topo_region_seg.offline.bags.images import ImageTopic
+from topo_region_seg.offline.bags.records import Record, Topic
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.bags.writer import BagWriter
 from topo_region_seg.offline.cli.status import ToolError
@@ -24,6 +26,11 @@ ON_REQUEST = {
     "/barcode": POINT_CLOUD,
     "/region_markers": "visualization_msgs/msg/MarkerArray",
 }
+
+
+def input_topic(topic: Topic) -> str:
+    """Return the topic that recorded clouds are written to: their own, or one beside that of depth images."""
+    return f"{base_name(topic.name).rpartition('/')[0]}/points" if isinstance(topic, ImageTopic) else topic.name
 
 
 class ReplayOutput:

@@ -18,7 +18,7 @@ from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import Cloud
-from topo_region_seg.offline.bags.clouds import decode_message
+from topo_region_seg.offline.bags.clouds import cloud_records, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.cli.console import Steps, note
@@ -89,7 +89,7 @@ class Replay:
                     return
 
     def _inputs(self) -> Iterator[_Input]:
-        for record in self.reader.messages([self.topic.name]):
+        for record in cloud_records(self.reader, self.topic):
             yield self._decode(record)
 
     def _decode(self, record: Record) -> _Input:

@@ -18,7 +18,7 @@ from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
-from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.offline.bags.clouds import cloud_records, cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
@@ -107,7 +107,7 @@ def _evaluate(
     sensor = SensorFrame(reader)
     label = _Recorded(limit) if source.recorded else _Segmented(task.params, result)
     ordered = TruthInOrder(truth, reader, topic)
-    records = reader.messages([topic.name])
+    records = cloud_records(reader, topic)
     for record in islice(records, task.first):
         ordered.skip(record)
     for record in islice(records, None if task.end is None else task.end - task.first):
