@@ -31,7 +31,7 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.sensor import known_position, position_above_map
+from topo_region_seg.steps.sensor import known_position, position_above_map, up_direction
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
@@ -105,7 +105,7 @@ class Pipeline:
             support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
             if params.remove_floor and scene is None:
                 given = distance, params.floor_min_extent, params.floor_seed
-                support = find_support(xyz, *given, sensor_known=known is not None)
+                support = find_support(xyz, *given, sensor_known=known is not None, up=up_direction(params))
             plane = support.plane
             kept = None
             if scene is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the sensor is: distances, the near side of a plane and the direction of normals are seen from there."""
+"""Where the sensor is, from where distances, the near side of a plane and normals are seen, and which way is up."""
 
 from __future__ import annotations
 
@@ -19,6 +19,14 @@ def known_position(cloud: Cloud, params: Params) -> FloatArray | None:
     if pose is None or not np.isfinite(pose[:3]).all():
         return None
     return np.array(pose[:3], np.float64)
+
+
+def up_direction(params: Params) -> FloatArray | None:
+    """Return the unit vector (3,) of up in the frame of the clouds; None if it is not known."""
+    if not params.up:
+        return None
+    up = np.array(params.up, np.float64)
+    return up / float(np.linalg.norm(up))
 
 
 def position_above_map(xyz: FloatArray) -> FloatArray | None:

@@ -12,6 +12,7 @@ from topo_region_seg.beyond.objects.creases import grooves_of_grid
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
 from topo_region_seg.params import Params
+from topo_region_seg.steps.sensor import up_direction
 from topo_region_seg.steps.support.ground import scene_of
 from topo_region_seg.steps.support.judgement import Judged
 from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
@@ -37,7 +38,7 @@ def frame_scene(
     height, width : int
         Size of the image.
     params : Params
-        Uses `remove_floor`, `floor_min_extent`, `floor_seed` and `object_floor_distance`.
+        Uses `remove_floor`, `floor_min_extent`, `floor_seed`, `object_floor_distance` and `up`.
     sensor_known : bool
         Whether the place of the sensor was given, as in `find_support`.
     """
@@ -51,7 +52,7 @@ def frame_scene(
         return None
     surfaces = find_surfaces(grid, model, params.floor_min_extent, params.floor_seed) if params.remove_floor else []
     least, exact = params.object_floor_distance, params.differs("object_floor_distance")
-    scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes)
+    scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes, up=up_direction(params))
     largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
     if largest is not None and not sensor_known and (scene.support is None or scene.support is largest):
         judged = _judged(scene, largest)
