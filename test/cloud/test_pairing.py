@@ -129,8 +129,12 @@ def test_no_more_wait_than_there_is_room_for() -> None:
 
 
 def test_a_camera_without_a_clock_is_paired_by_arrival() -> None:
-    pairs, when = run([("d", 0), ("c", 0), ("d", 0), ("c", 0), ("c", 0), ("d", 0)])
-    assert when == [1, 2, 5] and [pair.color for pair in pairs] == [0, 0, 0]
+    pairing: Pairing[str, str] = Pairing()
+    found = []
+    for kind, image in ("d1", "c1", "d2", "c2", "c3", "d3"):
+        new = pairing.add_depth(0, image) if kind == "d" else pairing.add_color(0, image)
+        found += [(pair.depth, pair.color) for pair in new]
+    assert found == [("1", "1"), ("2", "1"), ("3", "3")], "the last color to come counts"
 
 
 def test_a_recording_that_starts_over_loses_nothing() -> None:
