@@ -121,7 +121,7 @@ class SoakClient:
         number = struct.unpack_from("<i", data, 4)[0]
         self.answered += 1
         self._latencies.append(1e3 * (time.monotonic() - self._sent_at.pop(number)))
-        for old in [key for key in self._sent_at if key < number]:
+        for old in [key for key in list(self._sent_at) if key < number]:  # another thread adds to it
             del self._sent_at[old]
 
     def _note(self, report: DiagnosticArray) -> None:

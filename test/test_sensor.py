@@ -31,6 +31,11 @@ def moved(cloud: Cloud, position: np.ndarray = POSITION) -> Cloud:
     return replace(cloud, xyz=xyz)
 
 
+def listed(cloud: Cloud) -> Cloud:
+    """The same points without an image grid, which would tell where the camera is."""
+    return replace(cloud, height=1, width=len(cloud))
+
+
 def codes(seg: trs.Segmentation) -> list[str]:
     return [notice.code for notice in seg.notices]
 
@@ -83,6 +88,35 @@ def test_the_parameter_goes_before_the_file(cloud: Cloud) -> None:
     assert len(right.regions) > 2 and right.notices == ()
 
 
+@pytest.mark.parametrize("output", ["regions", "objects", "supervoxels"])
+def test_the_image_grid_tells_where_the_camera_is(cloud: Cloud, output: str) -> None:
+    """Without any setting the same points are labelled, in as many regions, as with the pose as a parameter."""
+    there = moved(cloud)
+    told, found = quiet(there, output=output, sensor_pose=(*POSITION, *EULER)), quiet(there, output=output)
+    assert len(found.regions) > 2 and found.notices == ()
+    assert ((told.labels > 0) == (found.labels > 0)).mean() > 0.999
+    assert abs(len(told.regions) - len(found.regions)) <= 0.02 * len(told.regions)
+    default = replace(there, sensor_pose=(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+    assert np.array_equal(quiet(default, output=output).labels, found.labels), "files hold this pose by default"
+
+
+@pytest.mark.parametrize("output", ["regions", "objects"])
+@pytest.mark.parametrize("seed", range(8))
+def test_a_list_of_points_in_a_robots_frame_is_right_or_doubted(cloud: Cloud, output: str, seed: int) -> None:
+    """Wherever the robot's base is: what lies in front of the table is as in the sensor's frame, or a notice is there.
+
+    The base is up to two metres from the sensor, on either side of the table.
+    """
+    rng = np.random.default_rng(seed)
+    here = quiet(listed(cloud), output=output)
+    zero = (cloud.xyz == 0.0).all(axis=1)
+    xyz = Rotation.random(random_state=seed).apply(cloud.xyz.astype(np.float64)) + rng.uniform(-1.0, 1.0, 3)
+    xyz[zero] = 0.0
+    seg = quiet(listed(replace(cloud, xyz=xyz)), output=output)
+    agree = ((seg.labels > 0) == (here.labels > 0)).mean()
+    assert agree > 0.98 or {"behind_plane", "sensor_in_plane"} & set(codes(seg))
+
+
 def test_ranges_are_distances_from_the_sensor(cloud: Cloud) -> None:
     there = moved(cloud, np.array([100.0, 0.0, 0.0]))
     seg = quiet(there, sensor_pose=(100.0, 0.0, 0.0, *EULER), remove_floor=False)
@@ -93,7 +127,7 @@ def test_a_sensor_in_the_support_plane_is_doubtful(cloud: Cloud) -> None:
     seg = quiet(cloud)
     assert seg.plane is not None
     foot = -seg.plane.offset * np.array(seg.plane.normal)
-    on_table = replace(cloud, xyz=cloud.xyz - foot)
+    on_table = listed(replace(cloud, xyz=cloud.xyz - foot))
     assert codes(quiet(on_table)) == ["sensor_in_plane"]
     assert "set sensor_pose" in quiet(on_table).notices[0].text
 
@@ -102,7 +136,7 @@ def test_everything_behind_the_plane_is_doubtful(cloud: Cloud) -> None:
     """A robot's base below the table: what stands on the table is behind it."""
     seg = quiet(cloud)
     assert seg.plane is not None
-    below = replace(cloud, xyz=cloud.xyz + (seg.plane.offset + 0.5) * np.array(seg.plane.normal))
+    below = listed(replace(cloud, xyz=cloud.xyz + (seg.plane.offset + 0.5) * np.array(seg.plane.normal)))
     assert codes(quiet(below))[0] == "behind_plane"
     assert len(quiet(below, sensor_pose=(*(seg.plane.offset + 0.5) * np.array(seg.plane.normal), 0, 0, 0)).regions) > 2
 

@@ -84,10 +84,14 @@ def doubtful_support(support: Support, sensor_known: bool, rows_left: int) -> li
         )
         return [Notice("sensor_in_plane", text)]
     if support.plane is None:
+        unseen = (
+            f"things stand on the far side of a plane with {100 * judged.share:.0f} % of the points"
+            if judged.carries_beneath
+            else f"{100 * judged.hidden:.0f} % of the points lie behind a plane with {100 * judged.share:.0f} % of them"
+        )
         text = (
-            f"{100 * judged.hidden:.0f} % of the points lie behind a plane with {100 * judged.share:.0f} % of them, "
-            "where the sensor could not see them, so the plane stays; if the clouds are in another frame than the "
-            f"sensor's, {advice}"
+            f"{unseen}, where the sensor could not see them, so the plane stays; if the clouds are in another frame "
+            f"than the sensor's, {advice}"
         )
         return [Notice("behind_plane", text)]
     if judged.before < FEW <= judged.behind:

@@ -31,7 +31,7 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.sensor import known_position, position_above_map, up_direction
+from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
@@ -83,8 +83,8 @@ class Pipeline:
         self._told = True
         clock = Clock()
         with clock("crop"):
-            known = known_position(cloud, params)
-            sensor = np.zeros(3) if known is None else known
+            known = known_sensor(cloud, params)
+            sensor = np.zeros(3) if known is None else known.position
             rows = crop(cloud.xyz, sensor, params)
             if len(rows) == 0:
                 sensor, rows, notice = _seen_otherwise(cloud, params, known)
@@ -99,7 +99,7 @@ class Pipeline:
         if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
             with clock("surfaces"):
                 size = cloud.height, cloud.width
-                framed = frame_scene(xyz, rows, *size, params, sensor_known=known is not None)
+                framed = frame_scene(xyz, rows, *size, params, known)
         scene = framed[0] if framed else None
         with clock("floor"):
             support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
@@ -191,6 +191,10 @@ class Pipeline:
 
 def warm_up() -> None:
     """Compile all kernels, or load them from the cache, by segmenting a small made cloud in different ways."""
+
+    def unheard(code: str, text: str) -> None:
+        """Take what is said of the made cloud."""
+
     side = np.linspace(0.0, 0.5, 40)
     x, y = (grid.ravel() for grid in np.meshgrid(side, side))
     table = np.column_stack([x, y, np.full(x.size, 1.0)])
@@ -199,13 +203,13 @@ def warm_up() -> None:
     # Colors without order leave much to do, so that also what makes room for it is compiled.
     rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
-        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz))).cut(regions=3)
-    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)))
+        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), unheard).cut(regions=3)
+    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), unheard)
     frame = _made_frame()
-    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]))
+    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]), unheard)
     auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
     for shape in ((2 * len(side), len(side)), (1, grid)):
-        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape))
+        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), unheard)
     data = np.zeros(20, np.uint8)
     data.flags.writeable = False
     floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)
@@ -233,9 +237,9 @@ def _made_frame() -> npt.NDArray[np.float32]:
     return np.stack([x * depth, y * depth, depth], axis=2).astype(np.float32)
 
 
-def _seen_otherwise(cloud: Cloud, params: Params, known: FloatArray | None) -> tuple[FloatArray, IntArray, Notice]:
+def _seen_otherwise(cloud: Cloud, params: Params, known: Sensor | None) -> tuple[FloatArray, IntArray, Notice]:
     """Return where a cloud of which nothing is in range is seen from, the rows that are left then, and a notice."""
-    sensor = np.zeros(3) if known is None else known
+    sensor = np.zeros(3) if known is None else known.position
     if known is None:
         rows = crop(cloud.xyz, sensor, params, any_range=True)
         above_map = position_above_map(cloud.xyz[rows].astype(np.float64))

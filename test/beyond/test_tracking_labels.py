@@ -107,6 +107,16 @@ def test_labels_follow_the_rule(stream: list[list[int]], largest: int) -> None:
             assert done.regions.label.tolist() == ledger.follow(things)
 
 
+def test_patches_out_of_sight_are_forgotten_and_their_labels_are_free() -> None:
+    """Unlike regions: a patch that comes back where one was gets a label of its own, and nothing waits for it."""
+    for output, same in (("regions", True), ("supervoxels", False)):
+        followed, seen = Tracker(), []
+        for stamp, things in enumerate(([1, 2, 3], [1, 3], [1, 2, 3])):
+            done = followed.follow(*stripes(things, PARAMS.replace(output=output)), stamp)
+            seen.append(done.regions.label.tolist())
+        assert seen == [[1, 2, 3], [1, 3], [1, 2 if same else 4, 3]]
+
+
 @given(st.lists(st.tuples(st.booleans(), st.integers(0, 30_000)), max_size=30))
 @settings(deadline=None)
 def test_the_pool_is_a_queue_of_all_labels(steps: list[tuple[bool, int]]) -> None:

@@ -10,12 +10,14 @@ import struct
 from pathlib import Path
 from typing import Any
 
+import clouds
 import numpy as np
 import pytest
 import yaml
-from bag_maker import SECOND, chunks_of, cloud_entries, count_entry, damage, write_folder, write_mcap, write_ros1
+from bag_maker import CLOUD, SECOND, chunks_of, cloud_entries, count_entry, damage, write_folder, write_mcap, write_ros1
 from places import ROOT
 from rosbags.rosbag2 import StoragePlugin
+from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from topo_region_seg.data import Cloud
@@ -26,6 +28,7 @@ from topo_region_seg.offline.cli.parameters import read_parameter_file
 from topo_region_seg.offline.inspection.points import point_figures
 from topo_region_seg.offline.inspection.suggest import Advice, suggest
 from topo_region_seg.offline.inspection.summary import summarize
+from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.params import Params
 
 SIMULATED = ROOT / "bags" / "tabletop_sim"
@@ -276,6 +279,17 @@ def test_what_is_odd_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert "1 unusable: data_too_short" in shown
     assert "frame 'other'" in shown
     assert "no x, y and z, or no valid point" in shown
+
+
+def test_clouds_in_another_frame_than_the_cameras(tmp_path: Path) -> None:
+    frame = simulate(tabletop(1), Camera.kinect(160, 120), 1).cloud
+    moved = Rotation.from_euler("xyz", (-2.0, 0.1, 0.3)).apply(frame.xyz.astype(np.float64)) + [-0.8, 0.1, 0.5]
+    moved[(frame.xyz == 0.0).all(axis=1)] = np.nan
+    for name, xyz in (("camera", frame.xyz), ("base_link", moved)):
+        entry = ("/points", CLOUD, SECOND, clouds.message(xyz, frame.rgb, height=frame.height))
+        found = inspected(write_mcap(tmp_path / f"{name}.mcap", [entry]), tmp_path)
+        told = found["clouds"]["/points"]["notices"]
+        assert ("(-0.800, 0.100, 0.500) m" in told.get("camera_found", "")) == (name == "base_link")
 
 
 def test_fields_of_every_type_and_many_layouts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

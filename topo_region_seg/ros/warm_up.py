@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 PATIENCE = 2.0
 """Seconds after which it is clear that kernels are being compiled, not loaded from the cache."""
 
+UNWRITABLE = "no folder can be written to; set NUMBA_CACHE_DIR to one"
+
 
 def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     """Compile or load the kernels, so that the first frame is as fast as the others.
@@ -50,9 +52,10 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
             raise ExternalShutdownException
         if not told and time.monotonic() - started > PATIENCE:
             told = True
-            logger.info("compiling the kernels: once per machine, takes about a minute ...")
+            often = "once per machine" if cache_folder() else f"at every start, as {UNWRITABLE}"
+            logger.info(f"compiling the kernels: {often}; takes about a minute ...")
     if failure:
         raise failure[0]
     seconds = time.monotonic() - started
-    where = cache_folder() or "nowhere: no folder can be written to; set NUMBA_CACHE_DIR to one"
+    where = cache_folder() or f"nowhere: {UNWRITABLE}"
     logger.info(f"kernels {'compiled' if told else 'ready'} in {seconds:.1f} s; their cache is {where}")

@@ -4,21 +4,47 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.params import Params
+from topo_region_seg.steps.view.resection import camera_pose
 
+UNSET = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+"""Pose that files hold by default."""
 MAP = 10.0
 """Extents of a cloud from its nearest edge beyond which the origin is no place from which a sensor saw it."""
 
 
-def known_position(cloud: Cloud, params: Params) -> FloatArray | None:
-    """Return where the sensor is said to be, (3,), metres, in the frame of the cloud: by parameter, else by file."""
-    pose = params.sensor_pose or cloud.sensor_pose
-    if pose is None or not np.isfinite(pose[:3]).all():
-        return None
-    return np.array(pose[:3], np.float64)
+class Sensor(NamedTuple):
+    """Where the sensor is in the frame of a cloud.
+
+    Parameters
+    ----------
+    position : (3,) float64
+        Metres.
+    axes : (3, 3) float64 or None
+        Rows: the image's right and down, and the middle of the view; None where they are not known.
+    """
+
+    position: FloatArray
+    axes: FloatArray | None
+
+
+def known_sensor(cloud: Cloud, params: Params) -> Sensor | None:
+    """Return where the sensor is in the frame of a cloud; None where that is not known.
+
+    As the parameter says, else the file or recording; else where the image grid of an organized cloud shows the camera
+    to be, if it is not at the origin. A file that says the origin, not turned, says nothing: writers that do not know
+    the pose put that.
+    """
+    pose = params.sensor_pose or (None if cloud.sensor_pose == UNSET else cloud.sensor_pose)
+    if pose is not None and np.isfinite(pose[:3]).all():
+        return Sensor(np.array(pose[:3], np.float64), None)
+    camera = camera_pose(cloud)
+    return None if camera is None else Sensor(camera.center, camera.axes)
 
 
 def up_direction(params: Params) -> FloatArray | None:

@@ -12,7 +12,7 @@ from topo_region_seg.beyond.objects.creases import grooves_of_grid
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
 from topo_region_seg.params import Params
-from topo_region_seg.steps.sensor import up_direction
+from topo_region_seg.steps.sensor import Sensor, up_direction
 from topo_region_seg.steps.support.ground import scene_of
 from topo_region_seg.steps.support.judgement import Judged
 from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
@@ -25,7 +25,7 @@ from topo_region_seg.steps.view.scene import BEHIND, FREE, Scene, Surface
 
 
 def frame_scene(
-    xyz: FloatArray, rows: IntArray, height: int, width: int, params: Params, *, sensor_known: bool
+    xyz: FloatArray, rows: IntArray, height: int, width: int, params: Params, sensor: Sensor | None
 ) -> tuple[Scene, Support] | None:
     """Return the scene of a frame and its support; None if its points are no camera's.
 
@@ -39,11 +39,12 @@ def frame_scene(
         Size of the image.
     params : Params
         Uses `remove_floor`, `floor_min_extent`, `floor_seed`, `object_floor_distance` and `up`.
-    sensor_known : bool
-        Whether the place of the sensor was given, as in `find_support`.
+    sensor : Sensor or None
+        Where it is known to be, so that there is no doubt about it.
     """
-    sample = np.ascontiguousarray(xyz[:: max(1, len(xyz) // SAMPLE)])
-    axes = camera_axes(sample)
+    axes = None if sensor is None else sensor.axes
+    if axes is None:
+        axes = camera_axes(np.ascontiguousarray(xyz[:: max(1, len(xyz) // SAMPLE)]))
     if axes is None:
         return None
     grid = image_grid(xyz, rows, height, width, axes[2])
@@ -54,7 +55,7 @@ def frame_scene(
     least, exact = params.object_floor_distance, params.differs("object_floor_distance")
     scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes, up=up_direction(params))
     largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
-    if largest is not None and not sensor_known and (scene.support is None or scene.support is largest):
+    if largest is not None and sensor is None and (scene.support is None or scene.support is largest):
         judged = _judged(scene, largest)
         if speaks_against_sensor(judged):
             return scene_of(grid, model, [], least, exact=exact, axes=axes), Support(None, judged)
@@ -77,6 +78,7 @@ def _judged(scene: Scene, surface: Surface) -> Judged:
         carries=surface.front > 0.0,
         seen_through=False,
         hidden=surface.through,
+        beneath=0.0,
     )
 
 

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from topo_region_seg.beyond.tracking.overlap import common_points
 from topo_region_seg.beyond.tracking.tracks import Tracks
-from topo_region_seg.data import FloatArray, IntArray, RegionTable
+from topo_region_seg.data import BoolArray, FloatArray, IntArray, RegionTable
 
 REACH = 0.1
 """Largest distance of a region's center from where it is expected, if it no longer overlaps where it was, metres."""
@@ -27,7 +27,12 @@ LEAST_OVERLAP = 0.1
 
 
 def matched(
-    table: RegionTable, tracks: Tracks, now: npt.NDArray[np.integer], before: npt.NDArray[np.integer]
+    table: RegionTable,
+    tracks: Tracks,
+    now: npt.NDArray[np.integer],
+    before: npt.NDArray[np.integer],
+    *,
+    likeness: bool = True,
 ) -> IntArray:
     """Return for each region of a frame (R,) the row of `tracks` that it goes on with, or -1.
 
@@ -42,6 +47,8 @@ def matched(
         The regions in memory.
     now, before : (N,) int
         Rows of the same points, counted from 1, in `table` and in `tracks`; 0 = none.
+    likeness : bool
+        Whether what does not overlap may go on with what is near and alike.
     """
     match = np.full(len(table), -1)
     if not len(table) or not len(tracks):
@@ -49,18 +56,31 @@ def matched(
     one, other, overlap = _overlapping(now, before)
     mostly = overlap > SETTLED
     match[one[mostly]] = other[mostly]
-    rows, columns = np.flatnonzero(match < 0), np.ones(len(tracks), np.bool_)
+    columns = np.ones(len(tracks), np.bool_)
     columns[match[match >= 0]] = False
-    here, there = _looks(table, tracks)
-    near, near_other = _alike(here, there, rows, np.flatnonzero(columns))
     some = (match[one] < 0) & columns[other]
-    pairs = np.append(one[some], near) * len(tracks) + np.append(other[some], near_other)
+    one, other, score = one[some], other[some], overlap[some]
+    if likeness:
+        one, other, score = _with_alike(table, tracks, np.flatnonzero(match < 0), columns, (one, other, score))
+    found = _paired(one, other, score, len(table), len(tracks))
+    return np.where(match < 0, found, match)
+
+
+Pairs = tuple[IntArray, IntArray, FloatArray]
+"""Rows of regions, rows of `tracks`, and how well they fit, each (P,)."""
+
+
+def _with_alike(table: RegionTable, tracks: Tracks, rows: IntArray, free: BoolArray, overlapping: Pairs) -> Pairs:
+    """Return the pairs that overlap and those of some `rows` and `free` tracks that are near, likeness added to all."""
+    one, other, overlap = overlapping
+    here, there = _looks(table, tracks)
+    near, near_other = _alike(here, there, rows, np.flatnonzero(free))
+    pairs = np.append(one, near) * len(tracks) + np.append(other, near_other)
     pairs, place = np.unique(pairs, return_inverse=True)
     one_of, other_of = np.divmod(pairs, len(tracks))
     score = np.maximum(0.0, 1.0 - np.linalg.norm(here[one_of] - there[other_of], axis=1))
-    score[place[: np.count_nonzero(some)]] += overlap[some]
-    found = _paired(one_of, other_of, score, len(table), len(tracks))
-    return np.where(match < 0, found, match)
+    score[place[: len(one)]] += overlap
+    return one_of, other_of, score
 
 
 def _paired(rows: IntArray, columns: IntArray, score: FloatArray, n_rows: int, n_columns: int) -> IntArray:

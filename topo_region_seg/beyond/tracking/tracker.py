@@ -16,7 +16,7 @@ from topo_region_seg.beyond.tracking.matching import matched
 from topo_region_seg.beyond.tracking.overlap import Seen, same_points, seen_in
 from topo_region_seg.beyond.tracking.tracks import MEMORY, Tracks
 from topo_region_seg.clock import Clock
-from topo_region_seg.data import Cloud, IntArray, LabelArray, Notice, SegmentationWarning
+from topo_region_seg.data import Cloud, LabelArray, Notice, SegmentationWarning
 from topo_region_seg.segmentation import Segmentation
 
 Stream = tuple[str, tuple[int, int] | None]
@@ -102,13 +102,17 @@ class Tracker:
     def _labeled(self, cloud: Cloud, seg: Segmentation) -> LabelArray:
         """Return the label of every row of the table of regions, and remember the frame."""
         table, label = seg.regions, np.zeros(len(seg.regions), np.uint32)
+        # A patch is a place in the image and no thing: where nothing of it is left, it does not come back.
+        patches = seg.params.output == "supervoxels"
         here = seen_in(cloud, seg)
         match = np.full(len(table), -1)
         if self._seen is not None:
-            match = matched(table, self._tracks, *same_points(cloud, here, seg, self._seen))
+            points = same_points(cloud, here, seg, self._seen)
+            match = matched(table, self._tracks, *points, likeness=not patches)
             known = np.flatnonzero(match >= 0)
             match[known[self._tracks.label[match[known]] > LARGEST]] = -1
-        lost = self._remembered(self._tracks.lost_since(match), int(np.count_nonzero(match < 0)))
+        memory = 0 if patches else MEMORY
+        lost = self._remembered(self._tracks.lost_since(match), int(np.count_nonzero(match < 0)), memory)
         old, new = match >= 0, np.flatnonzero(match < 0)
         label[old] = self._tracks.label[match[old]]
         free = min(len(new), len(self._pool))
@@ -118,14 +122,14 @@ class Tracker:
         self._seen = replace(here, label=label)
         return label
 
-    def _remembered(self, lost: Tracks, wanted: int) -> Tracks:
-        """Return the lost regions that stay in memory; the labels of the others become free, as many as are wanted."""
-        lost = lost.rows(lost.label <= LARGEST)
-        forgotten = int(np.count_nonzero(lost.lost > MEMORY))
+    def _remembered(self, lost: Tracks, wanted: int, memory: int) -> Tracks:
+        """Return what was lost at most `memory` frames ago; the labels of the rest become free, more where wanted."""
+        if (lost.label > LARGEST).any():
+            lost = lost.rows(lost.label <= LARGEST)
+        forgotten = int(np.count_nonzero(lost.lost > memory))
         forgotten = max(forgotten, min(wanted - len(self._pool), len(lost)))
         self._pool.give_back(lost.label[:forgotten])
-        rest: IntArray = np.arange(forgotten, len(lost))
-        return lost.rows(rest)
+        return lost.rows(slice(forgotten, None))
 
 
 def _short_text(regions: int, untracked: int) -> str:

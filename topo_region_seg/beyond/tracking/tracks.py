@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class Tracks:
         """Return where to look for the regions, (T, 3): those in sight a step farther, lost ones where they were."""
         return self.center + np.where(self.lost[:, None] > 0, 0.0, self.step)
 
-    def rows(self, chosen: BoolArray | IntArray) -> Tracks:
+    def rows(self, chosen: BoolArray | IntArray | slice) -> Tracks:
         """Return some of the regions."""
         return Tracks(
             self.label[chosen],
@@ -77,11 +77,13 @@ class Tracks:
         """Return the regions that none of a frame's is matched with, those lost for longest first, then by label."""
         missed = np.ones(len(self), np.bool_)
         missed[match[match >= 0]] = False
-        lost = self.rows(missed)
-        lost = Tracks(lost.label, lost.center, lost.step, lost.lab, lost.size, lost.lost + 1)
-        return lost.rows(np.lexsort((lost.label, -lost.lost)))
+        chosen = np.flatnonzero(missed)
+        lost = self.rows(chosen[np.lexsort((self.label[chosen], -self.lost[chosen]))])
+        return replace(lost, lost=lost.lost + 1)
 
     def joined(self, other: Tracks) -> Tracks:
         """Return these regions and then the others."""
+        if not len(other):
+            return self
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)
         return Tracks(*(np.concatenate(pair) for pair in pairs))

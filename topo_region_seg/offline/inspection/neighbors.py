@@ -17,7 +17,7 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.color import srgb_to_lab
 from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.normals.estimate import estimate_normals
-from topo_region_seg.steps.sensor import known_position
+from topo_region_seg.steps.sensor import known_sensor
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
 from topo_region_seg.steps.thinning import thin
@@ -57,8 +57,8 @@ class Foreground:
 
 def foreground_of(cloud: Cloud, params: Params) -> Foreground:
     """Crop a cloud and remove its support plane, as the pipeline does."""
-    sensor = known_position(cloud, params)
-    origin = np.zeros(3) if sensor is None else sensor
+    sensor = known_sensor(cloud, params)
+    origin = np.zeros(3) if sensor is None else sensor.position
     rows = crop(cloud.xyz, origin, params)
     xyz = cloud.xyz[rows].astype(np.float64) - origin
     cropped = len(xyz)

@@ -20,6 +20,7 @@ from topo_region_seg.offline.inspection.points import PointFigures, point_figure
 from topo_region_seg.offline.inspection.suggest import Advice, suggest
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
+from topo_region_seg.steps.view.resection import camera_pose
 
 TYPES = {1: "i8", 2: "u8", 3: "i16", 4: "u16", 5: "i32", 6: "u32", 7: "f32", 8: "f64"}
 NANOSECONDS = 1_000_000_000
@@ -133,6 +134,13 @@ class TopicInspector:
             features = "normals" if cloud.rgb is None else Params().features
             seg = Pipeline(Params(features=features)).run(cloud, lambda code, text: None)
             report.notices |= {notice.code: notice.text for notice in seg.notices}
+            camera = None if cloud.sensor_pose else camera_pose(cloud)
+            if camera is not None:
+                place = ", ".join(f"{value:.3f}" for value in camera.center)
+                report.notices["camera_found"] = (
+                    f"the clouds are in another frame than the camera's, which the image grid shows at ({place}) m; "
+                    "the pipeline takes it from there, so sensor_pose need not be set"
+                )
         report.advice = suggest(self._clouds, report.figures) if self._clouds else None
         return report
 

@@ -46,6 +46,8 @@ class Judged:
         Whether the scene is seen through it, so that it is no surface.
     hidden : float
         Share of the points that lie behind where it is dense, and could not be seen from the sensor.
+    beneath : float
+        Share of the points that are the feet of things on its far side.
     """
 
     normal: FloatArray
@@ -56,6 +58,12 @@ class Judged:
     carries: bool
     seen_through: bool
     hidden: float
+    beneath: float
+
+    @property
+    def carries_beneath(self) -> bool:
+        """Whether things stand on its far side alone, so that the sensor must be there."""
+        return not self.carries and self.beneath > FEWEST_STANDING
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -112,17 +120,20 @@ def judge(xyz: FloatArray, normal: FloatArray, offset: float, distance: float, m
     dense = cells >= DENSE * np.count_nonzero(on) / np.count_nonzero(cells)
     unseen = inside(crossing, STANDING) & dense[_cells(crossing, low, high)]
     seen_through = np.count_nonzero(on) + front <= SEEN_THROUGH * through
-    foot = (height > 1.5 * distance) & (height <= max(STANDING, BESIDE * distance))
-    standing = np.count_nonzero(inside(flat[foot], STANDING))
+    foot = (np.abs(height) > 1.5 * distance) & (np.abs(height) <= max(STANDING, BESIDE * distance))
+    standing, beneath = (
+        float(np.count_nonzero(inside(flat[foot & side], STANDING))) / len(xyz) for side in (before, behind)
+    )
     return Judged(
         normal,
         offset,
         share=float(np.mean(on)),
         before=float(np.mean(before)),
         behind=float(np.mean(behind)),
-        carries=bool(standing > FEWEST_STANDING * len(xyz)),
+        carries=bool(standing > FEWEST_STANDING),
         seen_through=bool(seen_through),
         hidden=float(np.count_nonzero(unseen)) / len(xyz),
+        beneath=beneath,
     )
 
 

@@ -124,7 +124,7 @@ def find_support(
 
 def speaks_against_sensor(found: Judged) -> bool:
     """Return whether a plane is such that the sensor can hardly be where it is said to be."""
-    return found.share >= LARGE and (found.hidden > DOUBT or found.offset < IN_PLANE)
+    return found.share >= LARGE and (found.hidden > DOUBT or found.offset < IN_PLANE or found.carries_beneath)
 
 
 def fitted(xyz: FloatArray, normal: FloatArray, offset: float, distance: float) -> tuple[FloatArray, float]:
