@@ -53,9 +53,11 @@ def until(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) ->
 class NodeProcess:
     """`region_segmentation_node` in its own process; its log goes to `log_file`."""
 
-    def __init__(self, domain: int, log_file: Path, *ros_args: str) -> None:
+    def __init__(
+        self, domain: int, log_file: Path, *ros_args: str, environment: Mapping[str, str] | None = None
+    ) -> None:
         self._log_file = log_file
-        env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)}
+        env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT), **(environment or {})}
         command = [sys.executable, "-m", "topo_region_seg.ros.node", "--ros-args", *ros_args]
         with log_file.open("w") as log:
             self.process = subprocess.Popen(command, cwd=log_file.parent, env=env, stdout=log, stderr=log)
@@ -84,9 +86,11 @@ class NodeProcess:
 
 
 @contextmanager
-def running_node(domain: int, log_file: Path, *ros_args: str) -> Iterator[NodeProcess]:
+def running_node(
+    domain: int, log_file: Path, *ros_args: str, environment: Mapping[str, str] | None = None
+) -> Iterator[NodeProcess]:
     """Run a node, show its log in the end, and hold that it ended well and met no unforeseen error."""
-    process = NodeProcess(domain, log_file, *ros_args)
+    process = NodeProcess(domain, log_file, *ros_args, environment=environment)
     try:
         yield process
     finally:

@@ -66,6 +66,7 @@ ROS = {
     "rclpy",
     "sensor_msgs",
     "std_msgs",
+    "tf2_ros",
     "visualization_msgs",
 }
 EXTERNAL_ROOMS = {

@@ -136,7 +136,9 @@ def checked(row: Row, value: Any) -> Any:
             raise ParameterError(f"{row.name} = {value!r}: must be true or false")
         return value
     if row.type is str:
-        if value not in spec.choices:
+        if not spec.choices and not isinstance(value, str):
+            raise ParameterError(f"{row.name} = {value!r}: must be text")
+        if spec.choices and value not in spec.choices:
             raise ParameterError(f"{row.name} = {value!r}: must be one of {', '.join(spec.choices)}")
         return value
     if row.type is tuple:

@@ -53,7 +53,8 @@ class Params(ParameterTable):
     )
     crop_box_pose: tuple[float, ...] = parameter(
         (),
-        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in that of the clouds; empty = the same",
+        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in that of the clouds, or in the node's "
+        "base_frame if that is set; empty = the same",
         lengths=(0, 6),
     )
     sensor_pose: tuple[float, ...] = parameter(
@@ -66,7 +67,7 @@ class Params(ParameterTable):
         (),
         "direction [x, y, z] of up in the frame of the clouds, such as [0, -1, 0] for a level camera's optical frame, "
         "or [0, 0, 1] for base_link: then only planes that are level within 10 degrees are taken for table or floor; "
-        "empty = not known",
+        "empty = not known; with the node's base_frame a direction in it, and empty = its z",
         lengths=(0, 3),
     )
     drop_zeros: bool = parameter(

@@ -44,6 +44,28 @@ class NodeParams(ParameterTable):
         low=0.0,
         high=3600.0,
     )
+    sensor_frame: str = parameter(
+        "",
+        "frame of the sensor, for clouds in another frame: its place comes from TF, read at activation; needs tf2_ros; "
+        "empty = sensor_pose, or as the cloud shows",
+    )
+    base_frame: str = parameter(
+        "",
+        "frame of the robot, from TF, read at activation: `up` (by default its z) and `crop_box` are in it; "
+        "empty = they are in the frame of the clouds",
+    )
+    output_frame: str = parameter(
+        "",
+        "frame that clouds are moved to by TF before all else, and that all output is in, read at activation; "
+        "empty = that of the input",
+    )
+    transform_timeout: float = parameter(
+        0.1,
+        "how long a frame waits for its transforms before it is rejected, read at activation",
+        unit="s",
+        low=0.0,
+        high=1.0,
+    )
     warning_period: float = parameter(
         5.0, "warnings with the same reason are logged at most once in this time", unit="s", low=0.0, high=3600.0
     )

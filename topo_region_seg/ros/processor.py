@@ -16,6 +16,7 @@ from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.transforms import Transforms, in_frame
 
 ASKED_FOR = frozenset({"thinned"})
 """Notices of what a parameter asks for: said once, and no reason to warn in the diagnostics."""
@@ -24,13 +25,15 @@ ASKED_FOR = frozenset({"thinned"})
 class FrameProcessor:
     """Decode, segment and publish one frame after the other.
 
-    `pipeline` may be replaced at any time; a frame is processed by the one that was there when it began.
+    `pipeline` may be replaced at any time; a frame is processed by the one that was there when it began. `transforms`
+    place the clouds, where parameters ask for them; None else.
     """
 
     def __init__(
         self, node: LifecycleNode, pipeline: Pipeline, outputs: Outputs, statistics: Statistics, log: ReasonLog
     ) -> None:
         self.pipeline = pipeline
+        self.transforms: Transforms | None = None
         self._context = node.context
         self._clock = node.get_clock()
         self._logger = node.get_logger()
@@ -68,15 +71,19 @@ class FrameProcessor:
             warn=self._log.once,
             needs_color=pipeline.needs_color,
         )
+        msg, frame_id = frame.msg, frame.msg.header.frame_id
+        if self.transforms is not None:
+            cloud, frame_id = self.transforms.place(cloud, msg.header)
+            msg = in_frame(msg, frame_id)
         decoded = time.monotonic()
-        if not frame.msg.header.frame_id:
+        if not frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
-        stamp = frame.msg.header.stamp
+        stamp = msg.header.stamp
         seg = pipeline.run(cloud, self._notice)
         seconds = stamp.sec + 1e-9 * stamp.nanosec
-        seg = self._tracker.follow(cloud, seg, seconds, frame.msg.header.frame_id, self._notice)
+        seg = self._tracker.follow(cloud, seg, seconds, frame_id, self._notice)
         segmented = time.monotonic()
-        self._outputs.publish(frame.msg, cloud, seg)
+        self._outputs.publish(msg, cloud, seg)
         published = time.monotonic()
 
         stages = {"decode": 1e3 * (decoded - started), **seg.ms, "publish": 1e3 * (published - segmented)}
@@ -94,7 +101,7 @@ class FrameProcessor:
         if not self._greeted:
             self._greeted = True
             self._logger.info(
-                f"first cloud answered: {cloud.width}x{cloud.height} points in frame '{frame.msg.header.frame_id}', "
+                f"first cloud answered: {cloud.width}x{cloud.height} points in frame '{frame_id}', "
                 f"{len(seg.regions)} regions, {latency:.0f} ms"
             )
 

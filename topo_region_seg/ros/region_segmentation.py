@@ -29,6 +29,7 @@ from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.qos_overrides import unused
 from topo_region_seg.ros.reporter import Reporter
 from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.transforms import Transforms
 from topo_region_seg.ros.warm_up import warm_up_kernels
 
 STOP_SECONDS = 5.0
@@ -122,6 +123,8 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             self._statistics.restart()
             super(RegionSegmentation, self).on_activate(state)
             self._processor.forget()
+            if Transforms.wanted(self._node_params):
+                self._processor.transforms = Transforms(self, self._node_params)
             self._input = open_input(self, self._processor, self._statistics, self._log, self._node_params)
             self._warn_of_unused_overrides(self._input)
             self.get_logger().info(f"active: waiting for {self._input.what} on {self._input.topic}")
@@ -216,6 +219,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             if not self._input.close(STOP_SECONDS):
                 self.get_logger().warning(f"the last frame did not end within {STOP_SECONDS:.0f} s")
             self._input = None
+        if self._processor is not None and self._processor.transforms is not None:
+            self._processor.transforms.close()
+            self._processor.transforms = None
 
     def _release(self) -> None:
         self._close_input()
