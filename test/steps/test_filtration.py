@@ -103,6 +103,57 @@ def test_scaling_and_rigid_motion_leave_the_partition(seed: int, n: int) -> None
     np.testing.assert_allclose(scaled.death, result.death * 3.7)
 
 
+def faces(kind: str, n: int, seed: int) -> np.ndarray:
+    """Return n points in parts that face each other across gaps of many spacings."""
+    rng = np.random.default_rng(seed)
+    part = np.arange(n) % 3
+    if kind == "shells":
+        direction = rng.normal(size=(n, 3))
+        return direction / np.linalg.norm(direction, axis=1, keepdims=True) * np.array([0.1, 0.2, 0.35])[part][:, None]
+    sheet = np.column_stack([rng.uniform(0.0, 0.3, (n, 2)), np.zeros(n)])
+    if kind.endswith("sheets"):
+        height = np.array([0.0, 0.13, 0.5])[part] * (7.0 if kind == "far sheets" else 1.0)
+        return sheet + height[:, None] * [0.0, 0.0, 1.0] + rng.normal(0.0, 1e-3, (n, 3))
+    return rng.normal(0.0, 0.01, (n, 3)) + np.array([0.0, 0.6, 0.65])[part][:, None]
+
+
+@pytest.mark.parametrize("colors", [1, 3])
+@pytest.mark.parametrize("kind", ["shells", "sheets", "far sheets", "clusters"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_radius_of_many_spacings_equals_the_oracles(kind: str, colors: int, seed: int) -> None:
+    """With three colors that are never joined, each part stays in three components, which face each other too."""
+    xyz = faces(kind, 900, seed)
+    lab = 50.0 * np.random.default_rng(seed).integers(0, colors, (len(xyz), 1)) * [1.0, 0.0, 0.0]
+    points = Points(xyz, lab, np.tile([0.0, 0.0, 1.0], (len(xyz), 1)))
+    check_against_oracles(points, Params(max_radius=5.0, features="color"))
+
+
+@pytest.mark.parametrize("kind", ["shells", "sheets", "far sheets", "clusters"])
+def test_a_large_radius_leaves_little_to_do(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Counted are edges and unions of each round: no round comes after the last union, and edges are in proportion."""
+    rounds: list[tuple[int, int]] = []
+    unite = filtration.unite_edges
+
+    def counted(forest: object, edges: object, order: np.ndarray) -> int:
+        rounds.append((len(order), unite(forest, edges, order)))
+        return rounds[-1][1]
+
+    dropped: list[int] = []
+    span = filtration.spanning_edges
+
+    def kept(forest: object, edges: object, order: np.ndarray) -> int:
+        left = span(forest, edges, order)
+        dropped.append(len(order) - left)
+        return left
+
+    monkeypatch.setattr(filtration, "unite_edges", counted)
+    monkeypatch.setattr(filtration, "spanning_edges", kept)
+    xyz = faces(kind, 20_000, 0)
+    found = persistent_components(xyz, np.zeros_like(xyz), None, Params(max_radius=5.0, features="color"))
+    assert np.isinf(found.death).sum() == 1 and rounds[-1][1] > 0
+    assert sum(edges for edges, _ in rounds) + sum(dropped) < 25 * len(xyz)
+
+
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(1, 60),

@@ -33,6 +33,7 @@ from topo_region_seg.steps.filtration.rips import (
     spanning_edges,
     unite_edges,
 )
+from topo_region_seg.steps.filtration.shortest import new_shortest
 
 # Chosen by time and memory; no result depends on them. `python -m benchmarks.tricks constants` shows the choices.
 POSITION_WEIGHT = 4.0  # nodes are split by position until they are this much smaller than the radius
@@ -42,6 +43,7 @@ SWEEPS = 6  # scales that are joined then before pairs are kept again
 SPARE_EDGES = 1  # edges per point found at one scale above which those that no forest needs are dropped
 PAIRS_FOR_TWO = 4_000  # pairs in a bucket from which on a second thread is woken
 STALE_SHARE = 0.01  # share of the points whose components may change before the nodes are marked again
+MARKING = 0.1  # pairs in a bucket, per point, that cost more than marking the nodes again does
 
 
 def filtration(
@@ -116,13 +118,14 @@ def _grow(
     while True:
         stale += unite_edges(forest, *_by_length(workers))
         waiting = [worker.next_bucket(bucket + 1) for worker in workers]
-        if all(b is None for b in waiting):
+        if all(b is None for b in waiting) or np.max(forest.size) == len(channels):
             return *merge_tree(forest), forest.death
         bucket = min(b for b in waiting if b is not None)
-        if stale > STALE_SHARE * len(channels):
+        pairs = even_out(workers[0].queue, workers[1].queue, bucket)
+        if stale > STALE_SHARE * len(channels) or (stale and pairs > MARKING * len(channels)):
             refresh_components(tree, forest)
             stale = 0
-        if even_out(workers[0].queue, workers[1].queue, bucket) < PAIRS_FOR_TWO:
+        if pairs < PAIRS_FOR_TWO:
             for worker in workers:
                 worker.drain(bucket)
         else:
@@ -182,6 +185,7 @@ class _Worker:
         # Small, so that warming up already makes them grow.
         self.queue = new_queue(64)
         self._edges = new_edges(64)
+        self._shortest = new_shortest()
         self._n_edges = 0
         self.crowded = False
         self._tree, self._leaves, self._limits, self._forest = tree, leaves, limits, forest
@@ -207,6 +211,7 @@ class _Worker:
                 self._limits,
                 self._forest,
                 self.queue,
+                self._shortest,
                 self._edges,
                 self._n_edges,
                 bucket,

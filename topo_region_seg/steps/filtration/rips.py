@@ -31,6 +31,7 @@ from topo_region_seg.steps.filtration.pair_queue import (
     pop,
     push,
 )
+from topo_region_seg.steps.filtration.shortest import Shortest, note_shortest, shortest_between
 
 
 class Forest(NamedTuple):
@@ -64,6 +65,7 @@ def drain_bucket(
     limits: Criterion,
     forest: Forest,
     queue: PairQueue,
+    shortest: Shortest,
     edges: Edges,
     n_edges: int,
     bucket: int,
@@ -77,7 +79,7 @@ def drain_bucket(
     buckets.
     """
     tree, leaves, forest = borrowed(tree), borrowed(leaves), borrowed(forest)
-    queue, edges = borrowed(queue), borrowed(edges)
+    queue, shortest, edges = borrowed(queue), borrowed(shortest), borrowed(edges)
     end = bucket_end(bucket)
     parent, same = forest.parent, forest.same
     while queue.head[index(bucket)] >= 0 and n_edges + LEAF * LEAF <= len(edges.d2) and queue.head[SPACE] >= SPARE:
@@ -85,16 +87,25 @@ def drain_bucket(
         if first:
             for node in (a, b):
                 note_uniform(tree, parent, same, node)
-        if joined(parent, same, a, b):
+        # Between two nodes that are one component each only the shortest edge counts.
+        shortest_only = a != b and same[index(a)] >= 0 and same[index(b)] >= 0
+        root_a, root_b = 0, 0
+        if shortest_only:
+            root_a, root_b = find(parent, same[index(a)]), find(parent, same[index(b)])
+            known = shortest_between(shortest, root_a, root_b)
+            if root_a == root_b or (known < np.inf and box_gap(tree.boxes, a, tree.boxes, b, 0) >= known):
+                continue
+        elif joined(parent, same, a, b):
             continue
         if tree.right[index(a)] or tree.right[index(b)]:
             open_pair(tree, limits, queue, parent, same, a, b, bucket, sweep)
             continue
-        shortest_only = a != b and same[index(a)] >= 0 and same[index(b)] >= 0
         start_a, start_b = np.int64(tree.start[index(a)]), np.int64(tree.start[index(b)])
         found, later = meet_leaves(leaves, forest.roots, limits, start_a, start_b, end, shortest_only, edges, n_edges)
         if later < FAR and not sweep:
             push(queue, a, b, later >> BUCKET_SHIFT)
+        if shortest_only and found > n_edges:
+            note_shortest(shortest, root_a, root_b, edges.d2[index(n_edges)])
         n_edges = unite_coinciding(forest, edges, n_edges, found) if first else found
     return n_edges
 
