@@ -16,8 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_msgs.msg import CameraInfo, Image
 
+from topo_region_seg.ros.advice import advice
 from topo_region_seg.ros.depth_input import COLOR, DEPTH, INFO, DepthInput
 from topo_region_seg.ros.log import ReasonLog
+from topo_region_seg.ros.missing_images import no_color
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.statistics import Statistics
 
@@ -129,3 +131,39 @@ def test_missing_color_names_a_way_to_do_without() -> None:
     assert "no color images on /color/image" in rig.lines[0] and "set features to 'normals'" in rig.lines[0]
     rig.source.close(10)
     assert rig.statistics.snapshot().dropped == 8
+
+
+@pytest.mark.parametrize(
+    ("color", "topics", "said"),
+    [
+        ("/color/image", {"/a/rgb": "Image"}, "remap with --ros-args -r color/image:=/a/rgb"),
+        (
+            "/color/image",
+            {"/b/depth": "Image", "/a/gray": "Image", "/z/color": "Image", "/depth/image": "Image"},
+            "-r color/image:=/z/color or -r color/image:=/a/gray or -r color/image:=/b/depth",
+        ),
+        ("/color/image", {"/color/image/compressed": "CompressedImage"}, "; or set color_transport to compressed for"),
+        ("/c/compressed", {"/a/rgb/compressed": "CompressedImage"}, "-r color/image:=/a/rgb"),
+        ("/c/compressed", {"/a/rgb": "Image"}, "nobody publishes sensor_msgs/CompressedImage"),
+    ],
+)
+def test_missing_color_names_the_images_that_there_are(color: str, topics: dict[str, str], said: str) -> None:
+    node: Any = SimpleNamespace(
+        count_publishers=lambda topic: topic in topics,
+        get_topic_names_and_types=lambda: [(name, [f"sensor_msgs/msg/{kind}"]) for name, kind in topics.items()],
+    )
+    text = no_color(node, "/depth/image", color)
+    assert said in text and text.endswith("; or set features to 'normals', which need no color") and "\n" not in text
+
+
+def test_silence_of_packed_images_names_what_is_before_the_packing() -> None:
+    topics = {"/cam/depth/compressedDepth": "CompressedImage", "/cam/rgb/compressed": "CompressedImage"}
+    node: Any = SimpleNamespace(
+        get_publishers_info_by_topic=lambda topic: [],
+        count_publishers=lambda topic: int(topic in topics),
+        get_topic_names_and_types=lambda: [(name, [f"sensor_msgs/msg/{kind}"]) for name, kind in topics.items()],
+        get_node_names_and_namespaces=lambda: [],
+    )
+    kind = "sensor_msgs/msg/CompressedImage"
+    source: Any = SimpleNamespace(topic="/depth/image/compressedDepth", kind=kind, name="depth/image")
+    assert advice(node, source, heard=False).endswith("remap with --ros-args -r depth/image:=/cam/depth")

@@ -21,7 +21,7 @@ TYPES_OF_A_SEGMENTATION = {CLOUD_TYPE, "std_msgs/msg/UInt32", "visualization_msg
 """What a node like this one publishes, whatever its topics are called."""
 UNKNOWN = "_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_"
 """rclpy's name for a node of which no more is known than a topic."""
-PACKED = "compressedDepth"
+PACKED = "/compressedDepth"
 HOST_BYTES = 4
 """Leading bytes of a GUID of Fast DDS that tell vendor and host."""
 
@@ -31,13 +31,16 @@ def advice(node: Node, source: FrameSource, heard: bool) -> str:
     publishers = node.get_publishers_info_by_topic(source.topic)
     if publishers:
         return _to_be_heard(node, source, publishers, heard)
-    of_clouds = source.kind == CLOUD_TYPE
-    cameras = sorted(_cameras(node, source.kind), key=lambda topic: (not of_clouds and "depth" not in topic, topic))
-    text = remapping(source.name, cameras, source.kind.replace("/msg", ""))
-    packed = f"{source.topic}/{PACKED}"
-    if of_clouds or not node.count_publishers(packed):
-        return text
-    return f"{text}; or set depth_transport to {PACKED} for {packed}"
+    cameras = sorted(_cameras(node, source.kind))
+    if source.kind != CLOUD_TYPE:
+        base = source.topic.removesuffix(PACKED)
+        if base != source.topic:  # what image_transport appends is not remapped
+            cameras = [topic.removesuffix(PACKED) for topic in cameras if topic.endswith(PACKED)]
+        cameras.sort(key=lambda topic: ("depth" not in topic, topic))
+        if base == source.topic and node.count_publishers(base + PACKED):
+            packed = f"; or set depth_transport to {PACKED[1:]} for {base}{PACKED}"
+            return remapping(source.name, cameras, source.kind.replace("/msg", "")) + packed
+    return remapping(source.name, cameras, source.kind.replace("/msg", ""))
 
 
 def _to_be_heard(node: Node, source: FrameSource, publishers: list[Any], heard: bool) -> str:

@@ -7,7 +7,9 @@ from __future__ import annotations
 from rclpy.node import Node
 
 INFO_TYPE = "sensor_msgs/msg/CameraInfo"
-IMAGE_TYPE = "sensor_msgs/msg/Image"
+IMAGE_TYPE, PACKED_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+PACKED = "/compressed"
+"""What image_transport appends to the topics of packed color images."""
 NAMED = 4
 
 
@@ -28,11 +30,17 @@ def no_color(node: Node, depth: str, color: str) -> str:
     without = "; or set features to 'normals', which need no color"
     if node.count_publishers(color):
         return f"{text}, although it has a publisher: does it publish now?{without}"
+    packed = color.endswith(PACKED)
+    kind = PACKED_TYPE if packed else IMAGE_TYPE
+    others = [name.removesuffix(PACKED) for name in topics_of(node, kind) if name.endswith(PACKED) or not packed]
     others = sorted(
-        (name for name in topics_of(node, IMAGE_TYPE) if name != depth),
+        (name for name in others if name != depth),
         key=lambda name: ("depth" in name, "color" not in name and "rgb" not in name, name),
     )
-    return text + remapping("color/image", others, IMAGE_TYPE.replace("/msg", "")) + without
+    text += remapping("color/image", others, kind.replace("/msg", ""))
+    if not packed and node.count_publishers(color + PACKED):
+        text += f"; or set color_transport to {PACKED[1:]} for {color}{PACKED}"
+    return text + without
 
 
 def color_apart(depth: str, color: str, apart: float, period: float) -> str:
