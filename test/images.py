@@ -112,11 +112,11 @@ def cloud_of_depth_image_proc(depth: np.ndarray, info: Any) -> np.ndarray:
     In C++ the products are of floats, from left to right: (u - cx) * depth * (unit / fx).
     """
     full_x, full_y = (info.p[2] - info.roi.x_offset, info.p[6] - info.roi.y_offset)
-    across, down = max(1, info.binning_x), max(1, info.binning_y)
-    center_x, center_y = np.float32(full_x / across), np.float32(full_y / down)
+    across, down = 1.0 / max(1, info.binning_x), 1.0 / max(1, info.binning_y)
+    center_x, center_y = np.float32(full_x * across), np.float32(full_y * down)
     unit = np.float32(0.001) if depth.dtype == np.uint16 else np.float32(1.0)
-    constant_x = np.float32(float(unit) / (info.p[0] / across))
-    constant_y = np.float32(float(unit) / (info.p[5] / down))
+    constant_x = np.float32(float(unit) / (info.p[0] * across))
+    constant_y = np.float32(float(unit) / (info.p[5] * down))
     points = []
     for v, row in enumerate(depth):
         for u, value in enumerate(row):

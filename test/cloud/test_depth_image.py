@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -161,6 +162,17 @@ def test_a_color_image_of_another_size_is_refused_with_what_to_do() -> None:
     notes: list[str] = []
     cloud = decode_depth(*given, max_points=20, needs_color=False, warn=lambda code, _: notes.append(code))
     assert cloud.rgb is None and notes == ["color_unreadable"]
+
+
+def test_color_of_another_frame_is_taken_and_said() -> None:
+    depth, color = depth_image(np.ones((4, 5))), color_image(np.full((4, 5, 3), 7))
+    notes: list[tuple[str, str]] = []
+    for frame_id in ("/camera", "eye"):
+        color.header = replace(color.header, frame_id=frame_id)
+        cloud = decode_depth(depth, camera_info(4, 5), color, max_points=20, warn=lambda *note: notes.append(note))
+        assert cloud.rgb is not None and (cloud.rgb == 7).all()
+    ((code, text),) = notes
+    assert code == "color_frame" and "'camera', color images in 'eye'" in text
 
 
 def test_what_contradicts_itself_is_refused() -> None:

@@ -114,9 +114,10 @@ def camera_of(info: Any, height: int, width: int, *, rectified: bool) -> Camera:
         )
     fx, fy, cx, cy = numbers
     cx, cy = cx - int(info.roi.x_offset), cy - int(info.roi.y_offset)
-    across, down = max(1, int(info.binning_x)), max(1, int(info.binning_y))
+    # Products with the inverse, as image_geometry has them: quotients may differ in the last bit.
+    across, down = 1.0 / max(1, int(info.binning_x)), 1.0 / max(1, int(info.binning_y))
     lens = _lens(str(info.distortion_model), coefficients) if distorted else ()
-    return Camera(fx / across, fy / down, cx / across, cy / down, lens)
+    return Camera(fx * across, fy * down, cx * across, cy * down, lens)
 
 
 def _lens(model: str, given: tuple[float, ...]) -> tuple[float, ...]:

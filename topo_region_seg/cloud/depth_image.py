@@ -80,6 +80,13 @@ def decode_depth(
         )
     rgb = None
     if color is not None:
+        frames = [str(image.header.frame_id).lstrip("/") for image in (depth, color)]
+        if frames[0] != frames[1]:
+            warn(
+                "color_frame",
+                f"depth images are in the frame '{frames[0]}', color images in '{frames[1]}': colors lie beside things "
+                "unless the driver has registered the one to the other",
+            )
         try:
             rgb = color_pixels(color, height, width, max_points=max_points, warn=warn)
         except CloudFormatError as error:
