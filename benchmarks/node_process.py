@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.child import ROOT, ChildError
@@ -52,6 +52,8 @@ class NodeProcess:
         Where it runs.
     modest : bool
         Take from root the right to write to what is read-only.
+    arguments : sequence of str
+        What follows ``--ros-args``.
     """
 
     def __init__(
@@ -61,13 +63,14 @@ class NodeProcess:
         environment: Mapping[str, str] | None = None,
         folder: Path = ROOT,
         modest: bool = False,
+        arguments: Sequence[str] = (),
     ) -> None:
         self._log = log
         ros = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONUNBUFFERED": "1"}
         self._started = time.monotonic()
         with log.open("w", encoding="utf-8") as stream:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "topo_region_seg.ros.node"],
+                [sys.executable, "-m", "topo_region_seg.ros.node", "--ros-args", *arguments],
                 cwd=folder,
                 env={**os.environ, **ros, **(environment or {})},
                 stdout=stream,

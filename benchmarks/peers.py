@@ -90,6 +90,14 @@ def gudhi_deaths(edges: Edges) -> FloatArray:
     return bars[np.isfinite(bars[:, 1]), 1]
 
 
+def quitefastmst_lengths(xyz: FloatArray) -> FloatArray:
+    """Find the lengths (N - 1,) of the Euclidean minimum spanning tree of positions (N, 3) with quitefastmst."""
+    import quitefastmst
+
+    lengths: FloatArray = quitefastmst.mst_euclid(xyz)[0]
+    return lengths
+
+
 def hdbscan_labels(points: Points, params: Params) -> npt.NDArray[np.integer]:
     """Cluster the positions with scikit-learn's HDBSCAN: another question, for scale."""
     from sklearn.cluster import HDBSCAN

@@ -21,7 +21,7 @@ import numpy.typing as npt
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState, GetState
-from places import ROOT
+from places import ROOT, TEST
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.context import Context
@@ -51,7 +51,10 @@ def until(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) ->
 
 
 class NodeProcess:
-    """`region_segmentation_node` in its own process; its log goes to `log_file`."""
+    """`region_segmentation_node` in its own process; its log goes to `log_file`.
+
+    `environment` is what differs from this process's.
+    """
 
     def __init__(
         self, domain: int, log_file: Path, *ros_args: str, environment: Mapping[str, str] | None = None
@@ -102,15 +105,18 @@ def running_node(
 
 
 class Client:
-    """A node in the test's process, spinning on a thread: publishes clouds, collects answers, calls services."""
+    """A node in the test's process, spinning on a thread: publishes clouds, collects answers, calls services.
 
-    def __init__(self, domain: int) -> None:
+    With `labels` false it subscribes to diagnostics alone.
+    """
+
+    def __init__(self, domain: int, *, labels: bool = True) -> None:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.node = rclpy.create_node("client", context=self.context)
         self.points = self.node.create_publisher(PointCloud2, "points", 10)
-        self.labeled = self.collect(PointCloud2, "labeled_points")
-        self.counts = self.collect(UInt32, "region_count")
+        self.labeled = self.collect(PointCloud2, "labeled_points") if labels else []
+        self.counts = self.collect(UInt32, "region_count") if labels else []
         self.diagnostics = self.collect(DiagnosticArray, "/diagnostics")
         self._sent = 0
         self._executor = SingleThreadedExecutor(context=self.context)
@@ -202,6 +208,43 @@ class Client:
     def figures(self) -> dict[str, str]:
         """Return the values of the newest diagnostics."""
         return {item.key: item.value for item in self.diagnostics[-1].status[0].values}
+
+
+class Heard:
+    """What a listener in a process of its own hears on some topics.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it writes the messages, CDR.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def all(self, name: str) -> list[bytes]:
+        """Return the messages of a topic, serialized, in their order."""
+        return [file.read_bytes() for file in sorted(self._folder.glob(f"{name}.*.cdr"))]
+
+    def forget(self) -> None:
+        for file in self._folder.glob("*.cdr"):
+            file.unlink(missing_ok=True)
+
+
+@contextmanager
+def listening(
+    domain: int, folder: Path, topics: Mapping[str, str], environment: Mapping[str, str] | None = None
+) -> Iterator[Heard]:
+    """Listen to topics, names without a slash and their types, with message packages that only `environment` has."""
+    command = [sys.executable, str(TEST / "ros_listener.py"), str(domain), str(folder)]
+    command += [f"/{name}={kind}" for name, kind in topics.items()]
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **(environment or {})}
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "listening\n"
+            yield Heard(folder)
+        finally:
+            process.kill()
 
 
 def _messages(values: Mapping[str, Any]) -> list[ParameterMsg]:

@@ -41,7 +41,8 @@ FLOORS: tuple[set[str], ...] = (
     },
     {"beyond.objects", "beyond.supervoxels", "beyond.auto_scale", "beyond.adjacency"},
     {"segmentation"},
-    {"beyond.tracking", "cloud.messages", "diagnosis"},
+    {"beyond.boxes", "beyond.tracking", "diagnosis"},
+    {"cloud.messages"},
     {"pipeline"},
     {"api"},
     {""},  # the package's own __init__
@@ -66,7 +67,9 @@ ROS = {
     "rclpy",
     "sensor_msgs",
     "std_msgs",
+    "std_srvs",
     "tf2_ros",
+    "vision_msgs",
     "visualization_msgs",
 }
 EXTERNAL_ROOMS = {

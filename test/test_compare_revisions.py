@@ -24,6 +24,7 @@ from revision_comparison.revisions import RevisionError, Worker, unpacked
 from revision_comparison.worker import translated
 
 from topo_region_seg import Params
+from topo_region_seg.cloud.messages.topics import OUTPUTS
 from topo_region_seg.params import ParameterError
 
 NAN = float("nan")
@@ -167,5 +168,5 @@ def test_replayed_messages_are_read_back(worker: Worker, tmp_path: Path) -> None
     assert worker.ask(request).get("error") is None
     topics = [name.partition("[")[0] for name in messages(out)]
     assert {topic: topics.count(topic) for topic in topics} == dict.fromkeys(
-        ("/labeled_points", "/region_count", "/regions", "/barcode", "/region_markers"), 6
+        (f"/{output.name}" for output in OUTPUTS), 6
     )

@@ -20,6 +20,7 @@ import yaml
 from places import ROOT
 
 import topo_region_seg
+from topo_region_seg.cloud.messages.topics import OUTPUTS
 from topo_region_seg.offline.cli.main import main
 from topo_region_seg.offline.parameter_docs import markdown_table
 from topo_region_seg.params import Params
@@ -134,6 +135,14 @@ def test_options_of_the_command_line_exist(capsys: pytest.CaptureFixture[str]) -
             main(arguments)
     known = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", capsys.readouterr().out))
     assert named and named - known == set()
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_yaml_is_yaml_and_names_topics_that_exist(document: Path) -> None:
+    for block in re.findall(r"^```yaml\n(.*?)^```", text_of(document), flags=re.MULTILINE | re.DOTALL):
+        assert isinstance(yaml.safe_load(block), dict)
+        ours = set(re.findall(r"topic: /(\w+)$", block, re.MULTILINE))
+        assert ours <= {output.name for output in OUTPUTS}
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)

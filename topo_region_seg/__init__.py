@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from topo_region_seg.api import persistent_components, segment
+    from topo_region_seg.beyond.boxes.oriented import OrientedBoxes, oriented_boxes
     from topo_region_seg.data import (
         Adjacency,
         Barcode,
@@ -40,6 +41,7 @@ _HOME = {
     "Cloud": "data",
     "Components": "data",
     "Features": "data",
+    "OrientedBoxes": "beyond.boxes.oriented",
     "Region": "data",
     "RegionTable": "data",
     "Segmentation": "segmentation",
@@ -49,6 +51,7 @@ _HOME = {
     "MissingColorError": "pipeline",
     "Pipeline": "pipeline",
     "warm_up": "pipeline",
+    "oriented_boxes": "beyond.boxes.oriented",
     "persistent_components": "api",
 }
 
@@ -59,6 +62,7 @@ __all__ = [
     "Components",
     "Features",
     "MissingColorError",
+    "OrientedBoxes",
     "ParameterError",
     "Params",
     "Pipeline",
@@ -67,6 +71,7 @@ __all__ = [
     "Segmentation",
     "SegmentationWarning",
     "__version__",
+    "oriented_boxes",
     "persistent_components",
     "segment",
     "warm_up",

@@ -33,6 +33,9 @@ class Spec:
     words: tuple[str, ...] = ()
     """Words that may stand in place of a number."""
     lengths: tuple[int, ...] = ()
+    """Of a list of numbers."""
+    texts: bool = False
+    """Whether it is a list of words in place of numbers."""
     live: bool = True
     when: tuple[Condition, ...] = ()
     """Where the parameter has an effect: where one of these holds; everywhere if there are none."""
@@ -136,13 +139,13 @@ def checked(row: Row, value: Any) -> Any:
             raise ParameterError(f"{row.name} = {value!r}: must be true or false")
         return value
     if row.type is str:
-        if not spec.choices and not isinstance(value, str):
-            raise ParameterError(f"{row.name} = {value!r}: must be text")
         if spec.choices and value not in spec.choices:
             raise ParameterError(f"{row.name} = {value!r}: must be one of {', '.join(spec.choices)}")
+        if not isinstance(value, str):
+            raise ParameterError(f"{row.name} = {value!r}: must be text")
         return value
     if row.type is tuple:
-        return _checked_numbers(row, value)
+        return _checked_texts(row, value) if spec.texts else _checked_numbers(row, value)
     if isinstance(value, str) and value in spec.words:
         return value
     if row.type is int and isinstance(value, float) and value.is_integer():
@@ -165,6 +168,12 @@ def _is_number(value: Any, kind: type) -> bool:
     if kind is int:
         return hasattr(value, "__index__")
     return hasattr(value, "__float__") and not isinstance(value, str | bytes)
+
+
+def _checked_texts(row: Row, value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list | tuple) or not all(isinstance(text, str) for text in value):
+        raise ParameterError(f"{row.name} = {value!r}: must be a list of names, such as [intensity, ring]")
+    return tuple(value)
 
 
 def _checked_numbers(row: Row, value: Any) -> tuple[float, ...]:

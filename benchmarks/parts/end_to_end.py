@@ -134,21 +134,22 @@ def _run(folder: Path, hz: float, seconds: float, camera_environment: Mapping[st
         node.wait_for(ACTIVE, 150.0)
         listener.spin(lambda: bool(counts) and listener.publishers("/labeled_points") > 0, 20.0)
         busy, started = node.cpu_seconds(), time.monotonic()
-        with _camera(folder, domain, round(seconds * hz), hz, camera_environment or {}) as camera:
-            listener.spin(lambda: camera.poll() is not None, seconds + 60.0)
+        with camera(folder, domain, round(seconds * hz), hz, camera_environment or {}) as publisher:
+            listener.spin(lambda: publisher.poll() is not None, seconds + 60.0)
             cores = (node.cpu_seconds() - busy) / (time.monotonic() - started)
             listener.spin(lambda: False, SETTLE)
-            output = camera.communicate(timeout=10.0)[0]
-        if camera.returncode:
-            raise ChildError(f"the camera ended with {camera.returncode}; {output.strip()}")
+            output = publisher.communicate(timeout=10.0)[0]
+        if publisher.returncode:
+            raise ChildError(f"the camera ended with {publisher.returncode}; {output.strip()}")
     name = f"{hz:g} Hz, the camera's Fast DDS at its defaults" if camera_environment else f"{hz:g} Hz"
     return Run(name, int(output.split()[-1]), counts, latencies, cores)
 
 
 @contextmanager
-def _camera(
+def camera(
     folder: Path, domain: int, count: int, hz: float, environment: Mapping[str, str]
 ) -> Iterator[subprocess.Popen[str]]:
+    """Publish the frames over and over from a process of its own, its files in `folder`."""
     clouds = folder / "clouds"
     clouds.mkdir(exist_ok=True)
     for number, frame in enumerate(frames()):
@@ -156,9 +157,9 @@ def _camera(
     ros = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     command = [sys.executable, "-m", "benchmarks.camera", str(clouds), str(count), str(hz)]
     env = {**os.environ, **ros, **environment}
-    with subprocess.Popen(command, cwd=ROOT, env=env, stdout=subprocess.PIPE, text=True) as camera:
+    with subprocess.Popen(command, cwd=ROOT, env=env, stdout=subprocess.PIPE, text=True) as process:
         try:
-            yield camera
+            yield process
         finally:
-            if camera.poll() is None:
-                camera.kill()
+            if process.poll() is None:
+                process.kill()

@@ -13,7 +13,9 @@ from benchmarks import pcl_peers
 from benchmarks.recordings import Frame, frames, source
 from benchmarks.results import Result, Setting, Table
 from benchmarks.timing import Timing
-from topo_region_seg.cloud.messages import labeled_points, region_count
+from topo_region_seg.cloud.messages.answer import Answer
+from topo_region_seg.cloud.messages.labeled import labeled_points
+from topo_region_seg.cloud.messages.tables import region_count
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.evaluation import measure as quality_of
@@ -65,8 +67,9 @@ def run_frame(frame: Frame, pipeline: Pipeline) -> dict[str, float]:
     decoded = time.perf_counter()
     seg = pipeline.run(cloud)
     segmented = time.perf_counter()
-    labeled_points(types, frame.msg, cloud, seg)
-    region_count(types, seg)
+    answer = Answer(frame.msg, cloud, seg)
+    labeled_points(types, answer)
+    region_count(types, answer)
     encoded = time.perf_counter()
     return {
         "decode": (decoded - started) * 1e3,

@@ -7,12 +7,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
-from clouds import TYPES, header
+from clouds import TYPES, message
 from frames import GRAY, TOP, Frame, box, looking, on_table
 
 from topo_region_seg.beyond.objects.figure import flanked_pixels
 from topo_region_seg.beyond.objects.vessels import insides, openings
-from topo_region_seg.cloud.messages import regions
+from topo_region_seg.cloud.messages.answer import Answer
+from topo_region_seg.cloud.messages.tables import regions
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.simulation import Body, Box, Camera, Cup
 from topo_region_seg.params import Params
@@ -128,7 +129,7 @@ def test_confidence_is_in_the_order_of_the_labels_in_table_and_message() -> None
     cut, whole = object_of(seg, frame.body == THING), object_of(seg, frame.body == THING + 1)
     assert (cut, whole) == (0, 1) and seg.regions.confidence[0] < seg.regions.confidence[1]
     assert [row.confidence for row in seg.regions] == seg.regions.confidence.tolist()
-    msg = regions(TYPES, header(), seg)
+    msg = regions(TYPES, Answer(message(frame.cloud.xyz), frame.cloud, seg))
     offset = next(field.offset for field in msg.fields if field.name == "confidence")
     kind = np.dtype({"names": ["confidence"], "formats": ["<f4"], "offsets": [offset], "itemsize": msg.point_step})
     np.testing.assert_array_equal(

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from drivers import ROWS, Row, back, published, valid
 
-from topo_region_seg.cloud import messages
+from topo_region_seg.cloud.messages.answer import Answer
+from topo_region_seg.cloud.messages.labeled import labeled_points
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.simulation import Camera, SimulatedFrame, simulate, tabletop
@@ -60,7 +61,7 @@ def assert_same_partition(labels: np.ndarray, expected: np.ndarray) -> None:
 
 def assert_output(row: Row, msg: object, cloud: Cloud, seg: object) -> None:
     """Hold that header, size, order, coordinates and color of the input come back, beside the labels."""
-    out = messages.labeled_points(clouds.TYPES, msg, cloud, seg)
+    out = labeled_points(clouds.TYPES, Answer(msg, cloud, seg))
     assert (out.header, out.height, out.width) == (msg.header, msg.height, msg.width)
     assert [f.name for f in out.fields] == ["x", "y", "z", "rgb", "label"]
     again = decode(out, max_points=10**6)

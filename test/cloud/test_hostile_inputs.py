@@ -12,7 +12,8 @@ import pytest
 from clouds import TYPES, message
 from places import TEST
 
-from topo_region_seg.cloud import messages
+from topo_region_seg.cloud.messages.answer import Answer
+from topo_region_seg.cloud.messages.labeled import labeled_points
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.parameter_table import ParameterError
@@ -239,7 +240,7 @@ def test_is_dense_is_ignored(is_dense: bool) -> None:
     seg = Pipeline(Params()).run(cloud)
     assert (seg.labels[:3] == 0).all()
     assert (seg.labels[3:] == 1).all()
-    assert not messages.labeled_points(TYPES, msg, cloud, seg).is_dense
+    assert not labeled_points(TYPES, Answer(msg, cloud, seg)).is_dense
 
 
 def test_zeros_are_no_points_unless_they_are_wanted() -> None:

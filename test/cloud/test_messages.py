@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clouds import DRIVERS, TYPES, header, message, random_points, scene
+from clouds import DRIVERS, TYPES, message, random_points, scene
 
-from topo_region_seg.cloud import messages
+from topo_region_seg.beyond.boxes.oriented import oriented_boxes
+from topo_region_seg.cloud.messages import detections, label_image, labeled, markers, tables
+from topo_region_seg.cloud.messages.answer import Answer
+from topo_region_seg.cloud.messages.topics import OUTPUTS
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.types import typestore
@@ -25,7 +28,7 @@ def segmented():
     cloud = decode(msg, max_points=10**6)
     seg = Pipeline(Params(normal_radius=0.015)).run(cloud)
     assert len(seg.regions) >= 2
-    return msg, cloud, seg
+    return Answer(msg, cloud, seg)
 
 
 def columns(msg):
@@ -38,9 +41,13 @@ def vector(value):
     return [value.x, value.y, value.z]
 
 
+def quaternion(value):
+    return [value.x, value.y, value.z, value.w]
+
+
 def test_labeled_points_keep_header_order_and_color(segmented):
-    msg, cloud, seg = segmented
-    out = messages.labeled_points(TYPES, msg, cloud, seg)
+    msg, cloud, seg = segmented.msg, segmented.cloud, segmented.seg
+    out = labeled.labeled_points(TYPES, segmented)
     assert out.header == msg.header
     assert (out.height, out.width, out.point_step, out.is_dense) == (48, 64, 20, False)
     assert [(f.name, f.offset, f.datatype, f.count) for f in out.fields] == [
@@ -57,16 +64,16 @@ def test_labeled_points_keep_header_order_and_color(segmented):
 
 
 def test_region_colors_are_those_of_the_boxes_and_dark_without_a_region(segmented):
-    msg, cloud, seg = segmented
-    out = messages.region_colors(TYPES, msg, cloud, seg)
-    usual = messages.labeled_points(TYPES, msg, cloud, seg)
+    seg = segmented.seg
+    out = labeled.region_colors(TYPES, segmented)
+    usual = labeled.labeled_points(TYPES, segmented)
     assert (out.header, out.height, out.width, out.fields) == (usual.header, usual.height, usual.width, usual.fields)
     for name in ("x", "y", "z", "label"):
         np.testing.assert_array_equal(columns(out)[name], columns(usual)[name])
     bits = np.ascontiguousarray(columns(out)["rgb"]).view("<u4")
     rgb = np.column_stack([bits >> 16, bits >> 8 & 255, bits & 255])
     assert (rgb[seg.labels == 0] == 48).all()
-    boxes = [m for m in messages.region_markers(TYPES, header(), seg).markers if m.ns == "boxes"]
+    boxes = [m for m in markers.region_markers(TYPES, segmented).markers if m.ns == "boxes"]
     assert len(boxes) == len(seg.regions) > 1
     for box in boxes:
         color = 255 * np.array([box.color.r, box.color.g, box.color.b])
@@ -75,8 +82,8 @@ def test_region_colors_are_those_of_the_boxes_and_dark_without_a_region(segmente
 
 def test_region_rows(segmented):
     """Every column of every region, computed from the labeled points."""
-    _, cloud, seg = segmented
-    out = messages.regions(TYPES, header(), seg)
+    cloud, seg = segmented.cloud, segmented.seg
+    out = tables.regions(TYPES, segmented)
     table = columns(out)
     assert table.dtype.names == (
         "x", "y", "z", "label", "size", "min_x", "min_y", "min_z", "extent_x", "extent_y", "extent_z",
@@ -107,7 +114,7 @@ def test_region_rows(segmented):
     known = [name for name in table.dtype.names if name != "confidence"]
     assert all(np.isfinite(table[name]).all() for name in known)
     grey = Pipeline(Params(normal_radius=0.015, features="normals")).run(Cloud(cloud.xyz, None, 48, 64))
-    plain = messages.regions(TYPES, header(), grey)
+    plain = tables.regions(TYPES, Answer(segmented.msg, cloud, grey))
     assert np.isnan(columns(plain)["L"]).all() and not plain.is_dense
     red, blue = table[np.argsort(table["x"])][[0, -1]]
     assert red["a"] > 40.0 and blue["b"] < -40.0
@@ -115,8 +122,8 @@ def test_region_rows(segmented):
 
 
 def test_barcode_rows(segmented):
-    _, _, seg = segmented
-    out = messages.barcode(TYPES, header(), seg)
+    seg = segmented.seg
+    out = tables.barcode(TYPES, segmented)
     table = columns(out)
     assert len(table) == len(seg.barcode) and not out.is_dense, "regions live on: their bars have no end"
     xyz = np.column_stack([table[name] for name in "xyz"])
@@ -127,38 +134,32 @@ def test_barcode_rows(segmented):
 
 
 def test_markers_delete_those_before_and_label_each_region(segmented):
-    _, _, seg = segmented
-    markers = messages.region_markers(TYPES, header(), seg).markers
-    assert markers[0].action == TYPES.Marker.DELETEALL
-    assert len(markers) == 2 + 2 * len(seg.regions)
-    assert (markers[-1].ns, markers[-1].text) == ("count", f"{len(seg.regions)} regions")
-    assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
-    assert {marker.header.frame_id for marker in markers} == {"camera"}
-    assert not any(marker.frame_locked or marker.lifetime.sec or marker.lifetime.nanosec for marker in markers)
-    for marker in markers[1:]:
-        turn = marker.pose.orientation
-        assert (marker.action, turn.x, turn.y, turn.z, turn.w) == (TYPES.Marker.ADD, 0.0, 0.0, 0.0, 1.0)
-    of = {(marker.ns, marker.id): marker for marker in markers}
-    for region in seg.regions:
-        low, high = np.array(region.minimum), np.array(region.maximum)
+    seg, boxes = segmented.seg, oriented_boxes(segmented.seg)
+    made = markers.region_markers(TYPES, segmented).markers
+    assert made[0].action == TYPES.Marker.DELETEALL
+    assert len(made) == 2 + 2 * len(seg.regions)
+    assert (made[-1].ns, made[-1].text) == ("count", f"{len(seg.regions)} regions")
+    assert len({(marker.ns, marker.id) for marker in made}) == len(made)
+    assert {marker.header.frame_id for marker in made} == {"camera"}
+    assert not any(marker.frame_locked or marker.lifetime.sec or marker.lifetime.nanosec for marker in made)
+    assert all(marker.action == TYPES.Marker.ADD for marker in made[1:])
+    of = {(marker.ns, marker.id): marker for marker in made}
+    for row, region in enumerate(seg.regions):
         box, text = of["boxes", region.label], of["labels", region.label]
-        np.testing.assert_allclose(vector(box.pose.position), (low + high) / 2)
-        np.testing.assert_allclose(vector(box.scale), np.maximum(high - low, 0.001))
+        assert (box.type, text.type) == (TYPES.Marker.CUBE, TYPES.Marker.TEXT_VIEW_FACING)
+        np.testing.assert_array_equal(vector(box.pose.position), boxes.center[row])
+        np.testing.assert_array_equal(quaternion(box.pose.orientation), boxes.quaternion[row])
+        np.testing.assert_array_equal(vector(box.scale), np.maximum(boxes.size[row], 0.001))
         np.testing.assert_allclose(vector(text.pose.position), region.centroid)
+        assert quaternion(text.pose.orientation) == [0.0, 0.0, 0.0, 1.0]
         assert vector(text.scale) == [0.0, 0.0, 0.03]
         assert text.text == f"{region.label} ({region.size})"
         assert (text.color.r, text.color.g, text.color.b, text.color.a) == (1.0, 1.0, 1.0, 1.0)
-        assert box.color.a == messages.BOX_ALPHA
+        assert box.color.a == markers.BOX_ALPHA
+        assert 0.0 < box.color.a < 1.0
     low, high = seg.regions.minimum.min(axis=0), seg.regions.maximum.max(axis=0)
     middle = (low + high) / 2
-    np.testing.assert_allclose(vector(markers[-1].pose.position), [middle[0], low[1] - 0.06, middle[2]])
-    box, text = markers[1:3]
-    assert (box.type, text.type, text.text) == (
-        TYPES.Marker.CUBE,
-        TYPES.Marker.TEXT_VIEW_FACING,
-        f"1 ({seg.regions[0].size})",
-    )
-    assert 0.0 < box.color.a < 1.0
+    np.testing.assert_allclose(vector(made[-1].pose.position), [middle[0], low[1] - 0.06, middle[2]])
 
 
 def test_a_region_without_volume_has_a_box_that_rviz_draws():
@@ -166,34 +167,30 @@ def test_a_region_without_volume_has_a_box_that_rviz_draws():
     xyz[:, 2] = 0.6
     cloud = Cloud(xyz, rgb, 48, 64)
     seg = Pipeline(Params(features="color", remove_floor=False, voxel_size=0.0)).run(cloud)
-    boxes = [marker for marker in messages.region_markers(TYPES, header(), seg).markers if marker.ns == "boxes"]
-    assert [box.scale.z for box in boxes] == [0.001, 0.001]
+    made = markers.region_markers(TYPES, Answer(message(xyz, rgb), cloud, seg)).markers
+    assert [marker.scale.z for marker in made if marker.ns == "boxes"] == [0.001, 0.001]
 
 
 def test_everything_serializes(segmented):
-    msg, cloud, seg = segmented
-    for kind, made in (
-        (CLOUD, messages.labeled_points(TYPES, msg, cloud, seg)),
-        (CLOUD, messages.region_colors(TYPES, msg, cloud, seg)),
-        (CLOUD, messages.regions(TYPES, header(), seg)),
-        (CLOUD, messages.barcode(TYPES, header(), seg)),
-        ("std_msgs/msg/UInt32", messages.region_count(TYPES, seg)),
-        ("visualization_msgs/msg/MarkerArray", messages.region_markers(TYPES, header(), seg)),
-    ):
-        typestore().deserialize_cdr(typestore().serialize_cdr(made, kind), kind)
-    assert messages.region_count(TYPES, seg).data == len(seg.regions)
+    for output in OUTPUTS:
+        made = output.make(TYPES, segmented)
+        typestore().deserialize_cdr(typestore().serialize_cdr(made, output.kind), output.kind)
+    assert tables.region_count(TYPES, segmented).data == len(segmented.seg.regions)
 
 
 def test_empty_cloud():
     xyz, rgb = random_points(0)
     cloud = Cloud(xyz, rgb, 0, 7)
     msg = message(xyz, rgb)
-    seg = Pipeline(Params()).run(cloud)
-    out = messages.labeled_points(TYPES, msg, cloud, seg)
+    answer = Answer(msg, cloud, Pipeline(Params()).run(cloud))
+    out = labeled.labeled_points(TYPES, answer)
     assert (out.height, out.width, len(out.data)) == (0, 7, 0)
-    assert messages.regions(TYPES, header(), seg).width == 0
-    assert messages.barcode(TYPES, header(), seg).width == 0
-    assert len(messages.region_markers(TYPES, header(), seg).markers) == 1
+    assert labeled.foreground_points(TYPES, answer).width == 0
+    assert tables.regions(TYPES, answer).width == 0
+    assert tables.barcode(TYPES, answer).width == 0
+    assert len(markers.region_markers(TYPES, answer).markers) == 1
+    assert detections.detections(TYPES, answer).detections == []
+    assert detections.surfaces(TYPES, answer).detections == []
 
 
 def test_rclpy_types_pass_their_field_checks(segmented, ros_domain):
@@ -201,10 +198,12 @@ def test_rclpy_types_pass_their_field_checks(segmented, ros_domain):
     from topo_region_seg.ros.types import ros_types
 
     types = ros_types()
-    _, cloud, seg = segmented
-    msg = types.PointCloud2()
-    assert len(messages.labeled_points(types, msg, cloud, seg).data) == 20 * len(cloud)
-    assert messages.regions(types, msg.header, seg).width == len(seg.regions)
-    assert messages.barcode(types, msg.header, seg).width == len(seg.barcode)
-    assert messages.region_count(types, seg).data == len(seg.regions)
-    assert len(messages.region_markers(types, msg.header, seg).markers) == 2 + 2 * len(seg.regions)
+    seg = segmented.seg
+    answer = Answer(types.PointCloud2(), segmented.cloud, seg)
+    assert len(labeled.labeled_points(types, answer).data) == 20 * len(segmented.cloud)
+    assert labeled.foreground_points(types, answer).width == np.count_nonzero(seg.labels)
+    assert tables.regions(types, answer).width == len(seg.regions)
+    assert tables.barcode(types, answer).width == len(seg.barcode)
+    assert tables.region_count(types, answer).data == len(seg.regions)
+    assert len(markers.region_markers(types, answer).markers) == 2 + 2 * len(seg.regions)
+    assert len(label_image.label_image(types, answer).data) == 2 * len(segmented.cloud)

@@ -4,10 +4,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from topo_region_seg.cloud.messages.answer import Answer
 from topo_region_seg.cloud.placing import FAR, Transform, moved
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.simulation import Camera, simulate, tabletop
@@ -82,3 +85,18 @@ def test_a_scene_has_the_same_things_in_another_frame(output: str) -> None:
     assert output == "regions" or len(here.regions) == len(there.regions) > 1
     assert np.mean((here.labels > 0) == (there.labels > 0)) > 0.99
     assert there.plane is not None and there.plane.normal[2] > 0.999, "the table is level in the world"
+
+
+def test_boxes_are_upright_where_up_is_known() -> None:
+    cloud = simulate(tabletop(seed=2), CAMERA, seed=2).cloud
+    up = CAMERA.rotation[2]
+    base = Transform(CAMERA.rotation.T, np.zeros(3)).pose
+    for given, params in (
+        (cloud, Params(up=tuple(up))),
+        (replace(cloud, base_pose=base), Params()),
+    ):
+        seg = Pipeline(params).run(given, lambda *_: None)
+        boxes = Answer(None, given, seg).boxes
+        vertical = boxes.axes[:, :, 2]
+        assert len(vertical) > 1
+        np.testing.assert_allclose(vertical, np.tile(up, (len(vertical), 1)), atol=1e-6)

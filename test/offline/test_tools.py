@@ -17,6 +17,7 @@ from places import ROOT, SHARED
 
 from topo_region_seg import Params, Pipeline, __version__
 from topo_region_seg.cloud.files import read_cloud, write_labeled_cloud
+from topo_region_seg.cloud.messages.topics import OUTPUTS
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags import open_bag
@@ -268,11 +269,30 @@ def test_replay_writes_the_rest_on_request(bag, tmp_path):
     out = tmp_path / "out.mcap"
     run("replay", bag, "-o", out, "--all", "--with-input", *SMALL)
     with open_bag(out) as reader:
-        assert {topic.name: topic.count for topic in reader.topics} == dict.fromkeys(
-            ("/barcode", "/camera/points", "/labeled_points", "/region_count", "/region_markers", "/regions"), 3
-        )
+        names = ("/camera/points", *(f"/{output.name}" for output in OUTPUTS))
+        assert {topic.name: topic.count for topic in reader.topics} == dict.fromkeys(names, 3)
     # The labeled cloud is passed over, so that the recording can be replayed again.
     run("replay", out, *SMALL)
+
+
+def test_replay_writes_the_topics_that_are_named(bag, tmp_path, capsys):
+    out = tmp_path / "out.mcap"
+    run("replay", bag, "-o", out, "--also", "detections,/surfaces", "--also", "label_image", *SMALL)
+    with open_bag(out) as reader:
+        kinds = {topic.name: topic.type for topic in reader.topics}
+        assert kinds == {
+            "/labeled_points": "sensor_msgs/msg/PointCloud2",
+            "/region_count": "std_msgs/msg/UInt32",
+            "/detections": "vision_msgs/msg/Detection3DArray",
+            "/surfaces": "vision_msgs/msg/Detection3DArray",
+            "/label_image": "sensor_msgs/msg/Image",
+        }
+        record = next(iter(reader.messages(["/detections"])))
+        found = typestore().deserialize_cdr(record.data, record.type)
+    labels = [detection.id for detection in found.detections]
+    assert labels == [str(number + 1) for number in range(len(labels))] and labels
+    run("replay", bag, "-o", tmp_path / "b.mcap", "--also", "detection", status=2)
+    assert "--also detection: no such output; choose from regions, barcode, " in capsys.readouterr().err
 
 
 def test_replay_of_a_ros1_bag_gives_the_same_labels(bag, tmp_path):

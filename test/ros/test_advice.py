@@ -22,6 +22,8 @@ from ros_harness import Client, NodeProcess, cloud_message, running_node, until
 from sensor_msgs.msg import PointCloud2
 
 SHORT = ("-p", "input_timeout:=1.0")
+WANTED = ("-r", "labeled_points:=/labeled_points")
+"""The client subscribes there: a node whose results nobody wants does not miss clouds."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -65,7 +67,7 @@ def test_a_camera_is_named_and_outputs_of_other_nodes_are_not(
 def test_a_publisher_that_says_nothing_is_named_with_its_node_and_shared_memory(
     client: Client, start: Callable[..., NodeProcess]
 ) -> None:
-    node = start("d", "-r", "points:=/points")
+    node = start("d", "-r", "points:=/points", *WANTED)
     node.wait_for_log("although /client publishes there")
     assert "--ipc=host" in advice(node) and "/dev/shm" in advice(node), "same host, Fast DDS, nothing heard yet"
     node.wait_for_log("active: waiting")
@@ -81,7 +83,7 @@ def test_what_was_latched_before_the_start_is_answered_and_its_silence_is_no_err
 ) -> None:
     latched = client.node.create_publisher(PointCloud2, "/map/cloud", LATCHED)
     latched.publish(cloud_message(*clouds.scene(), height=48))
-    node = start("e", "-r", "points:=/map/cloud")
+    node = start("e", "-r", "points:=/map/cloud", *WANTED)
     node.wait_for_log("first cloud answered")
     mark = len(client.diagnostics)
     until(lambda: len(client.diagnostics) > mark + 3, "reports")

@@ -15,11 +15,13 @@ from builtin_interfaces.msg import Time
 
 from topo_region_seg.ros import reporter as module
 from topo_region_seg.ros.advice import CLOUD_TYPE, advice
+from topo_region_seg.ros.diagnostics import Condition
 from topo_region_seg.ros.missing_images import NAMED
-from topo_region_seg.ros.reporter import Reporter
+from topo_region_seg.ros.node_params import NodeParams
+from topo_region_seg.ros.reporter import DROPS_OVER, Reporter
 from topo_region_seg.ros.statistics import Statistics
 
-OK, ERROR = b"\x00", b"\x02"
+OK, WARN, ERROR = b"\x00", b"\x01", b"\x02"
 
 
 class Scene:
@@ -29,6 +31,7 @@ class Scene:
         self.lines: list[str] = []
         self.reports: list[Any] = []
         self.text, self.now = ": advice", 0.0
+        self.asleep: str | None = None
         time = SimpleNamespace(monotonic=lambda: self.now)
         monkeypatch.setattr("topo_region_seg.ros.statistics.time", time)
         monkeypatch.setattr(module, "advice", lambda node, source, heard: f"{self.text}, heard {heard}")
@@ -51,7 +54,8 @@ class Scene:
         """Let time pass and report; return the level and what was logged."""
         self.now += seconds
         self.lines.clear()
-        self.reporter.report(state, None, self.source if state == "active" else None, timeout)  # type: ignore[arg-type]
+        condition = Condition(state, NodeParams(input_timeout=timeout), asleep=self.asleep)
+        self.reporter.report(condition, self.source if state == "active" else None)  # type: ignore[arg-type]
         return self.reports[-1].status[0].level, list(self.lines)
 
     def cloud(self) -> None:
@@ -89,6 +93,26 @@ def test_without_a_timeout_and_after_a_latched_cloud_silence_is_no_matter(scene:
     scene.cloud()
     scene.report(0.0)
     assert scene.report(60.0) == (OK, [])
+
+
+def test_who_takes_no_clouds_misses_none(scene: Scene) -> None:
+    scene.asleep = "nobody subscribes"
+    assert scene.report(60.0) == (OK, [])
+    assert scene.reports[-1].status[0].message == "nobody subscribes"
+    scene.asleep = None
+    assert scene.report(0.0)[0] == ERROR
+    scene.asleep = "nobody subscribes"
+    assert scene.report() == (OK, []), "nor are any coming in"
+
+
+def test_drops_are_told_for_some_reports_and_then_forgotten(scene: Scene) -> None:
+    for _ in range(2):
+        scene.statistics.received(displaced=True, skipped=0)
+    levels = []
+    for _ in range(DROPS_OVER + 1):
+        scene.cloud()
+        levels.append(scene.report()[0])
+    assert levels == [WARN] * DROPS_OVER + [OK]
 
 
 @pytest.mark.parametrize("cameras", range(7))

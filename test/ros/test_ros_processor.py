@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,9 +17,10 @@ from clouds import message, scene
 
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.ros.diagnostics import diagnostics
+from topo_region_seg.ros.diagnostics import Condition, diagnostics
 from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
+from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.processor import FrameProcessor
 from topo_region_seg.ros.statistics import Snapshot, Statistics
 
@@ -47,9 +49,11 @@ def processor(logger: Logger, statistics: Statistics) -> tuple[FrameProcessor, l
         get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=3 * 10**9)),
         get_logger=lambda: logger,
     )
-    outputs = SimpleNamespace(publish=lambda msg, cloud, seg: published.append(seg))
+    outputs = SimpleNamespace(publish=lambda msg, cloud, seg: published.append(seg) or ["labeled_points"])
+    demand = SimpleNamespace(declined=lambda arrived: None)
+    requests = SimpleNamespace(finish=lambda arrived, success, text: None)
     log = ReasonLog(logger, lambda: 60.0)  # type: ignore[arg-type]
-    return FrameProcessor(node, Pipeline(Params()), outputs, statistics, log), published
+    return FrameProcessor(node, Pipeline(Params()), outputs, demand, requests, statistics, log), published
 
 
 def frame() -> Frame:
@@ -89,7 +93,7 @@ def test_the_age_of_stamps_is_told_while_they_are_those_of_a_running_camera(age:
     statistics = Statistics()
     if age is not None:
         statistics.processed({}, 1.0, age, points=1, regions=1, stamp="")
-    report = diagnostics(Time(), "/n", "active", None, statistics.snapshot(), after(), 5.0).status[0]
+    report = diagnostics(Time(), "/n", Condition("active", NodeParams()), statistics.snapshot(), after()).status[0]
     values = {item.key: item.value for item in report.values}
     assert values.get("stamp age, median (ms)") == (f"{age:.1f}" if told else None)
 
@@ -117,7 +121,7 @@ def test_what_is_to_be_known_of_an_answer_is_counted_and_logged_once_in_a_period
         "[thinned] as was asked for",
         "[out_of_range] all points lie beyond max_range",
     ]
-    report = diagnostics(Time(), "/n", "active", None, now, after(), 5.0).status[0]
+    report = diagnostics(Time(), "/n", Condition("active", NodeParams()), now, after()).status[0]
     assert {item.key: item.value for item in report.values}["notice: out_of_range"] == "3"
 
 
@@ -167,11 +171,14 @@ def level(
     now: Snapshot,
     *,
     state: str = "active",
-    failure: str | None = None,
-    timeout: float = 5.0,
     before: Snapshot | None = None,
+    earlier: Snapshot | None = None,
+    timeout: float = 5.0,
+    params: dict[str, Any] | None = None,
+    **more: Any,
 ) -> tuple[bytes, str]:
-    report = diagnostics(Time(), "/robot/region_segmentation", state, failure, now, before or after(), timeout)
+    condition = Condition(state, NodeParams(input_timeout=timeout, **(params or {})), **more)
+    report = diagnostics(Time(), "/robot/region_segmentation", condition, now, before or after(), earlier)
     status = report.status[0]
     assert status.name == "robot/region_segmentation: segmentation"
     return status.level, status.message
@@ -180,13 +187,17 @@ def level(
 def test_levels_of_the_diagnostics() -> None:
     assert level(after()) == (OK, "waiting for the first cloud")
     assert level(after("processed"))[0] == OK
-    assert level(after("processed", "dropped")) == (WARN, "1 clouds processed, 1 dropped for newer ones")
-    both = level(after("processed", "data_too_short", "bad_stamp", "dropped"))
+    assert level(after("processed", "dropped"))[0] == OK, "one drop is no trouble"
+    assert level(after("processed", "dropped", "dropped")) == (
+        WARN,
+        "1 clouds processed, 2 of 3 dropped for newer ones",
+    )
+    both = level(after("processed", "data_too_short", "bad_stamp", "dropped", "dropped"))
     assert both == (
         WARN,
-        "1 clouds processed, 2 clouds rejected (bad_stamp, data_too_short), 1 dropped for newer ones",
+        "1 clouds processed, 2 clouds rejected (bad_stamp, data_too_short), 2 of 5 dropped for newer ones",
     )
-    earlier = after("processed", "data_too_short", "dropped")
+    earlier = after("processed", "data_too_short", "dropped", "dropped")
     assert level(earlier, before=earlier)[0] == OK, "what was told before is not told again"
     assert level(after(), timeout=1e-9)[0] == ERROR
     assert level(after(), timeout=0.0)[0] == OK
@@ -199,6 +210,76 @@ def test_levels_of_the_diagnostics() -> None:
     said = after("processed", "notice far", "notice far", "notice empty")
     assert level(said) == (WARN, "1 clouds processed, empty: text of empty, far: text of far")
     assert level(said, before=said)[0] == OK
+
+
+def test_drops_are_a_trouble_from_a_share_on() -> None:
+    start = after()
+    some = after(*["processed"] * 90, *["dropped"] * 10)
+    assert level(some, before=some, earlier=start)[0] == OK, "10 % is the limit"
+    more = after(*["processed"] * 89, *["dropped"] * 11)
+    # Since when they are counted does not depend on the last report.
+    assert level(more, before=more, earlier=start) == (WARN, "0 clouds processed, 11 of 100 dropped for newer ones")
+    assert level(more, earlier=start, params={"max_dropped": 100.0})[0] == OK
+    assert level(some, earlier=start, params={"max_dropped": 0.0})[0] == WARN
+
+
+def test_latency_and_rate_are_troubles_where_they_are_asked_for() -> None:
+    now = after("processed")
+    assert level(now, params={"max_latency": 2.0})[0] == OK
+    slow = level(now, params={"max_latency": 1.9})
+    assert slow == (WARN, "1 clouds processed, latency 2 ms, above 1.9")
+    seldom = replace(now, input_hz=4.9, stretch=5.0)
+    assert level(seldom, params={"min_input_rate": 4.9})[0] == OK
+    few = level(seldom, params={"min_input_rate": 5.0})
+    assert few == (WARN, "1 clouds processed, 4.9 clouds a second, below 5")
+    assert level(seldom, params={"min_input_rate": 5.0}, latched=True)[0] == OK
+    assert level(replace(seldom, stretch=4.9), params={"min_input_rate": 5.0})[0] == OK, "it is not known yet"
+
+
+def test_who_sleeps_is_well_and_who_should_be_active_is_not() -> None:
+    silent = replace(after(), idle=60.0)
+    assert level(silent)[0] == ERROR
+    assert level(silent, asleep="nobody subscribes") == (OK, "nobody subscribes")
+    assert level(silent, latched=True)[0] == OK
+    text = "unconfigured for 130 s: activate the node, or set inactive_timeout to 0"
+    assert level(silent, state="unconfigured", overdue=130.4) == (ERROR, text)
+
+
+def test_the_device_has_a_name() -> None:
+    statistics = Statistics()
+    statistics.processed({}, 1.0, 1.0, points=1, regions=1, stamp="", frame_id="camera")
+    for params, name in ((NodeParams(), "camera"), (NodeParams(hardware_id="D435 0815"), "D435 0815")):
+        condition = Condition("active", params)
+        assert diagnostics(Time(), "/n", condition, statistics.snapshot(), after()).status[0].hardware_id == name
+
+
+def test_what_nobody_wants_is_counted_and_not_processed() -> None:
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    process._demand.declined = lambda arrived: "nobody subscribes"  # type: ignore[method-assign]
+    process.process(frame())
+    now = statistics.snapshot()
+    assert (now.passed_over, now.processed, now.dropped, published) == ({"nobody subscribes": 1}, 0, 0, [])
+    assert logger.lines == ["cloud 1.000000002 passed over: nobody subscribes"]
+    report = diagnostics(Time(), "/n", Condition("active", NodeParams()), now, after()).status[0]
+    values = {item.key: item.value for item in report.values}
+    assert (values["clouds passed over"], values["passed over: nobody subscribes"]) == ("1", "1")
+
+
+def test_each_frame_is_told_to_who_debugs_and_to_who_asked_for_it() -> None:
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    answers: list[tuple[bool, str]] = []
+    process._requests.finish = lambda arrived, success, text: answers.append((success, text))  # type: ignore
+    process.process(frame())
+    torn = frame()
+    torn.msg.data = torn.msg.data[:-1]
+    process.process(torn)
+    told = f"cloud 1.000000002: 64x48 points, {len(published[0].regions)} regions, "
+    (line,) = [line for line in logger.lines if line.startswith("cloud 1.")]
+    assert line.startswith(told) and "filtration" in line and line.endswith("published labeled_points")
+    assert [success for success, _ in answers] == [True, False]
+    assert answers[0][1].startswith(told) and answers[1][1].endswith("(data_too_short)")
 
 
 def test_percentiles_of_the_latency() -> None:

@@ -41,6 +41,7 @@ EVENTS = st.one_of(
     st.tuples(st.just("rejected"), st.sampled_from(["a", "b"])),
     st.tuples(st.just("noticed"), st.sampled_from(["c", "d"]), st.text(max_size=3)),
     st.tuples(st.just("incompatible"), st.integers(1, 2)),
+    st.tuples(st.just("passed_over"), st.sampled_from(["e", "f"])),
     st.tuples(st.just("dropped")),
     st.tuples(st.just("processed")),
 )
@@ -63,6 +64,7 @@ def test_counts_add_up(events: list[tuple]) -> None:
     assert (now.lost, now.processed) == (lost, len(of.get("processed", [])))
     assert now.incompatible == sum(e[1] for e in of.get("incompatible", []))
     assert now.rejected == Counter(e[1] for e in of.get("rejected", []))
+    assert now.passed_over == Counter(e[1] for e in of.get("passed_over", []))
     assert now.notices == Counter(e[1] for e in of.get("noticed", []))
     assert now.notice_texts == {e[1]: e[2] for e in of.get("noticed", [])}
 
@@ -96,7 +98,7 @@ def test_a_new_stretch_forgets_times_and_keeps_counts(clock: SimpleNamespace) ->
     clock.value += 1.0
     now = statistics.snapshot()
     assert (now.received, now.processed, now.dropped, now.regions) == (1, 1, 1, 3)
-    assert (now.idle, now.input_hz, now.output_hz, now.stamp_age_ms) == (1.0, 0.0, 0.0, None)
+    assert (now.idle, now.stretch, now.input_hz, now.output_hz, now.stamp_age_ms) == (1.0, 1.0, 0.0, 0.0, None)
     assert (now.stages_ms, now.latencies_ms) == ({}, {})
 
 

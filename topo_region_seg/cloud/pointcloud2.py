@@ -17,11 +17,21 @@ import numpy.typing as npt
 
 from topo_region_seg.cloud.buffers import bytes_of
 from topo_region_seg.cloud.color_values import as_bytes
-from topo_region_seg.cloud.layout import FLOAT32, FLOAT64, UINT8, CloudFormatError, Layout, Warn, check, ignore
+from topo_region_seg.cloud.layout import (
+    FLOAT32,
+    FLOAT64,
+    UINT8,
+    CloudFormatError,
+    Layout,
+    Warn,
+    check,
+    check_field,
+    ignore,
+)
 from topo_region_seg.cloud.records import read_records
 from topo_region_seg.data import Cloud
 
-__all__ = ["CloudFormatError", "byte_buffer", "cloud_message", "decode", "encode"]
+__all__ = ["CloudFormatError", "byte_buffer", "cloud_message", "decode", "encode", "field_of"]
 DATATYPES = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 """PointField datatype of each NumPy type."""
 KINDS = {number: kind for kind, number in DATATYPES.items()}
@@ -61,6 +71,28 @@ def decode(msg: Any, *, max_points: int, warn: Warn | None = None, needs_color: 
     else:
         xyz, rgb = _coordinates(buffer, layout), _colors(buffer, layout)
     return Cloud(xyz, rgb, layout.height, layout.width)
+
+
+def field_of(msg: Any, name: str) -> npt.NDArray[Any]:
+    """Return one field of every point of a message that :func:`decode` has read, (N,) or (N, count), little-endian.
+
+    Raises
+    ------
+    CloudFormatError
+        The field is not there, or not where the message says.
+    """
+    if not hasattr(msg, "fields"):
+        raise CloudFormatError("field_missing", f"no field {name}: images have none")
+    buffer, size = bytes_of(msg.data), int(msg.height) * int(msg.width)
+    field, row_step = check_field(msg, buffer.nbytes, name, max_points=size, warn=ignore)
+    kind = np.dtype((">" if msg.is_bigendian else "<") + KINDS[int(field.datatype)])
+    count = int(field.count)
+    shape, strides = (int(msg.height), int(msg.width), count), (row_step, int(msg.point_step), kind.itemsize)
+    if size == 0:
+        buffer, strides = np.empty(kind.itemsize * count, np.uint8), (0, 0, kind.itemsize)
+    values: npt.NDArray[Any] = np.ndarray(shape, kind, buffer, int(field.offset) if size else 0, strides)
+    values = values.astype(kind.newbyteorder("<")).reshape(size, count)
+    return values[:, 0] if count == 1 else values
 
 
 def encode(
@@ -117,7 +149,12 @@ def cloud_message(
 ) -> Any:
     """Make a message of records that lie in a buffer, as :func:`byte_buffer` makes it, one after the other."""
     fields = [
-        types.PointField(name=name, offset=int(offset), datatype=DATATYPES[kind.str[1:]], count=1)
+        types.PointField(
+            name=name,
+            offset=int(offset),
+            datatype=DATATYPES[kind.base.str[1:]],
+            count=int(np.prod(kind.shape, dtype=int)),
+        )
         for name, (kind, offset, *_) in (record.fields or {}).items()
     ]
     return types.PointCloud2(

@@ -44,7 +44,8 @@ def markdown_table() -> str:
     for row in (*Params.table(), *NodeParams.table()):
         default = f"`{_literal(row.default)}`"
         meaning = row.spec.doc.replace("|", "\\|") + ("" if row.spec.live else " (fixed)")
-        cells = (f"`{row.name}`", TYPE_NAMES[row.type], default, row.spec.unit, _range(row), meaning)
+        kind = "string[]" if row.spec.texts else TYPE_NAMES[row.type]
+        cells = (f"`{row.name}`", kind, default, row.spec.unit, _range(row), meaning)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 

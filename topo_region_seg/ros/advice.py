@@ -11,9 +11,9 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 
+from topo_region_seg.cloud.messages.topics import CLOUDS
 from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.missing_images import remapping
-from topo_region_seg.ros.publishers import CLOUDS
 from topo_region_seg.ros.transport import SHARED_MEMORY, fast_dds
 
 CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"

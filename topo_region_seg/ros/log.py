@@ -60,10 +60,18 @@ class ReasonLog:
         more = f" (and {held_back} more since the last warning)" if held_back else ""
         self._logger.warning(f"[{reason}] {text if isinstance(text, str) else text()}{more}")
 
+    def told(self, reason: str, text: str) -> None:
+        """Say something that is no trouble, unless the same reason was told or warned of before."""
+        if self._first(reason):
+            self._logger.info(f"[{reason}] {text}")
+
     def once(self, reason: str, text: str) -> None:
         """Warn, unless the same reason was warned of before."""
+        if self._first(reason):
+            self._logger.warning(f"[{reason}] {text}")
+
+    def _first(self, reason: str) -> bool:
         with self._lock:
-            if reason in self._last:
-                return
-            self._last[reason] = time.monotonic()
-        self._logger.warning(f"[{reason}] {text}")
+            first = reason not in self._last
+            self._last.setdefault(reason, time.monotonic())
+        return first

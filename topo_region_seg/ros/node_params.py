@@ -32,6 +32,18 @@ class NodeParams(ParameterTable):
         "how color images come, read at activation: as they are, or packed on `color/image/compressed`",
         choices=("raw", "compressed"),
     )
+    on_request: bool = parameter(
+        False, "clouds are processed only when the service ~/segment_once asks for it, not for who subscribes"
+    )
+    request_timeout: float = parameter(
+        5.0, "longest wait of ~/segment_once for the next cloud and its result", unit="s", low=0.1, high=600.0
+    )
+    rate_limit: float = parameter(
+        0.0, "clouds processed a second at the most; 0 = all that can be", unit="Hz", low=0.0, high=1000.0
+    )
+    pass_fields: tuple[str, ...] = parameter(
+        (), "other fields of the input to pass on in labeled_points and foreground_points", texts=True
+    )
     input_reliability: str = parameter(
         "auto",
         "QoS reliability of the input, read at activation; auto = reliable until a best-effort publisher appears",
@@ -65,6 +77,33 @@ class NodeParams(ParameterTable):
         unit="s",
         low=0.0,
         high=1.0,
+    )
+    inactive_timeout: float = parameter(
+        120.0,
+        "a node that is not active for this long, and that nobody deactivated, reports an error; 0 = never",
+        unit="s",
+        low=0.0,
+        high=86_400.0,
+    )
+    max_dropped: float = parameter(
+        10.0,
+        "share of clouds dropped for newer ones, over ten seconds, above which the diagnostics warn; 100 = never",
+        unit="%",
+        low=0.0,
+        high=100.0,
+    )
+    max_latency: float = parameter(
+        0.0,
+        "median time from arrival to labels above which the diagnostics warn; 0 = never",
+        unit="ms",
+        low=0.0,
+        high=60_000.0,
+    )
+    min_input_rate: float = parameter(
+        0.0, "clouds a second below which the diagnostics warn; 0 = never", unit="Hz", low=0.0, high=1000.0
+    )
+    hardware_id: str = parameter(
+        "", "what the diagnostics call the device, such as the serial number of the camera; empty = the clouds' frame"
     )
     warning_period: float = parameter(
         5.0, "warnings with the same reason are logged at most once in this time", unit="s", low=0.0, high=3600.0

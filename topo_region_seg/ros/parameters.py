@@ -53,7 +53,7 @@ def declare(node: Node, table: type[P]) -> P:
             node._parameter_overrides[row.name] = _typed(row, given)
         try:
             if row.type is tuple:
-                _declare_numbers(node, row)
+                _declare_list(node, row)
             else:
                 node.declare_parameter(row.name, row.default, descriptor(row))
         except ParameterException:
@@ -96,16 +96,22 @@ def _typed(row: Row, given: Parameter) -> Parameter:
     if row.type is int and given.type_ == kinds.DOUBLE and value.is_integer():
         return Parameter(row.name, kinds.INTEGER, int(value))
     empty = given.type_ in (kinds.BOOL_ARRAY, kinds.BYTE_ARRAY, kinds.STRING_ARRAY) and not len(value)
-    if row.type is tuple and (empty or given.type_ == kinds.INTEGER_ARRAY):
+    if row.type is tuple and empty:
+        return Parameter(row.name, _list_type(row), [])
+    if row.type is tuple and not row.spec.texts and given.type_ == kinds.INTEGER_ARRAY:
         return Parameter(row.name, kinds.DOUBLE_ARRAY, [float(number) for number in value])
     return given
 
 
-def _declare_numbers(node: Node, row: Row) -> None:
+def _list_type(row: Row) -> Parameter.Type:
+    return Parameter.Type.STRING_ARRAY if row.spec.texts else Parameter.Type.DOUBLE_ARRAY
+
+
+def _declare_list(node: Node, row: Row) -> None:
     # rclpy takes an empty list for bytes, so the type is declared and the empty default set afterwards.
-    declared = node.declare_parameter(row.name, Parameter.Type.DOUBLE_ARRAY, descriptor(row))
+    declared = node.declare_parameter(row.name, _list_type(row), descriptor(row))
     if declared.type_ == Parameter.Type.NOT_SET:
-        default = Parameter(row.name, Parameter.Type.DOUBLE_ARRAY, list(row.default))
+        default = Parameter(row.name, _list_type(row), list(row.default))
         result = node.set_parameters_atomically([default])
         if not result.successful:
             raise ParameterError(f"{row.name}: {result.reason}")

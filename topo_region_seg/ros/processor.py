@@ -6,15 +6,18 @@ from __future__ import annotations
 
 import time
 import traceback
+from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.layout import CloudFormatError
 from topo_region_seg.pipeline import MissingColorError, Pipeline
+from topo_region_seg.ros.demand import Demand
 from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
+from topo_region_seg.ros.segment_once import SegmentOnce
 from topo_region_seg.ros.statistics import Statistics
 from topo_region_seg.ros.transforms import Transforms, in_frame
 
@@ -30,7 +33,14 @@ class FrameProcessor:
     """
 
     def __init__(
-        self, node: LifecycleNode, pipeline: Pipeline, outputs: Outputs, statistics: Statistics, log: ReasonLog
+        self,
+        node: LifecycleNode,
+        pipeline: Pipeline,
+        outputs: Outputs,
+        demand: Demand,
+        requests: SegmentOnce,
+        statistics: Statistics,
+        log: ReasonLog,
     ) -> None:
         self.pipeline = pipeline
         self.transforms: Transforms | None = None
@@ -38,6 +48,8 @@ class FrameProcessor:
         self._clock = node.get_clock()
         self._logger = node.get_logger()
         self._outputs = outputs
+        self._demand = demand
+        self._requests = requests
         self._statistics = statistics
         self._log = log
         self._greeted = False
@@ -48,20 +60,24 @@ class FrameProcessor:
         self._tracker = Tracker()
 
     def process(self, frame: Frame) -> None:
-        """Answer `frame`, or count and log why it cannot be answered. Never raises."""
+        """Answer `frame`, pass it over where nobody wants it, or count and log why not. Never raises."""
+        if (reason := self._demand.declined(frame.arrived)) is not None:
+            self._statistics.passed_over(reason)
+            self._logger.debug(f"cloud {_stamp(frame.msg)} passed over: {reason}")
+            return
         try:
             self._answer(frame)
         except CloudFormatError as error:
-            self._reject(error.reason, f"cloud rejected: {error.detail}")
+            self._reject(frame, error.reason, f"cloud rejected: {error.detail}")
         except MissingColorError as error:
-            self._reject("missing_color", f"cloud rejected: {error}")
+            self._reject(frame, "missing_color", f"cloud rejected: {error}")
         except Exception as error:
             if not self._context.ok():
                 return  # a signal ended the node while it worked
             self._logger.debug(traceback.format_exc())
             where = traceback.extract_tb(error.__traceback__)[-1]
             text = f"frame failed: {type(error).__name__}: {error} ({where.filename}:{where.lineno})"
-            self._reject("internal_error", text)
+            self._reject(frame, "internal_error", text)
 
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
@@ -83,7 +99,7 @@ class FrameProcessor:
         seconds = stamp.sec + 1e-9 * stamp.nanosec
         seg = self._tracker.follow(cloud, seg, seconds, frame_id, self._notice)
         segmented = time.monotonic()
-        self._outputs.publish(msg, cloud, seg)
+        topics = self._outputs.publish(msg, cloud, seg)
         published = time.monotonic()
 
         stages = {"decode": 1e3 * (decoded - started), **seg.ms, "publish": 1e3 * (published - segmented)}
@@ -96,8 +112,13 @@ class FrameProcessor:
             age,
             points=len(cloud),
             regions=len(seg.regions),
-            stamp=f"{stamp.sec}.{stamp.nanosec:09d}",
+            stamp=_stamp(frame.msg),
+            frame_id=frame_id,
         )
+        told = f"cloud {_stamp(frame.msg)}: {cloud.width}x{cloud.height} points, {len(seg.regions)} regions"
+        times = ", ".join(f"{stage} {ms:.1f}" for stage, ms in stages.items())
+        self._logger.debug(f"{told}, {latency:.1f} ms ({times}), published {', '.join(topics) or 'nothing'}")
+        self._requests.finish(frame.arrived, True, f"{told}, {latency:.0f} ms")
         if not self._greeted:
             self._greeted = True
             self._logger.info(
@@ -112,6 +133,11 @@ class FrameProcessor:
         self._statistics.noticed(code, text)
         self._log.throttled(code, text)
 
-    def _reject(self, reason: str, text: str) -> None:
+    def _reject(self, frame: Frame, reason: str, text: str) -> None:
         self._statistics.rejected(reason)
         self._log.throttled(reason, text)
+        self._requests.finish(frame.arrived, False, f"{text} ({reason})")
+
+
+def _stamp(msg: Any) -> str:
+    return f"{msg.header.stamp.sec}.{msg.header.stamp.nanosec:09d}"

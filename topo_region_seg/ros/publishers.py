@@ -4,24 +4,33 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from typing import Any
+
 from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import UInt32
-from visualization_msgs.msg import MarkerArray
 
-from topo_region_seg.cloud import messages
+from topo_region_seg.cloud.messages.answer import Answer
+from topo_region_seg.cloud.messages.topics import OUTPUTS, Output
 from topo_region_seg.data import Cloud
+from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.types import ros_types
 from topo_region_seg.segmentation import Segmentation
 
-CLOUDS = ("labeled_points", "regions", "barcode", "region_colors")
-"""Outputs that are clouds themselves, and no input for another such node."""
-
 
 class Outputs:
     """Lifecycle publishers of all that is said about a frame: reliable, depth 1, QoS overridable by parameters.
+
+    Parameters
+    ----------
+    node : LifecycleNode
+        The node that publishes.
+    log : ReasonLog
+        For what cannot be published.
+    pass_fields : callable
+        Returns the names of the fields of the input that labeled clouds carry on.
 
     Raises
     ------
@@ -29,44 +38,53 @@ class Outputs:
         A QoS override is invalid.
     """
 
-    def __init__(self, node: LifecycleNode) -> None:
+    def __init__(self, node: LifecycleNode, log: ReasonLog, pass_fields: Callable[[], tuple[str, ...]]) -> None:
         self._node = node
+        self._log = log
+        self._pass_fields = pass_fields
         self._types = ros_types()
-        self._publishers: list[LifecyclePublisher] = []
+        self._publishers: list[tuple[Output, LifecyclePublisher]] = []
+        missing = []
         try:
-            self._labeled_points = self._create(PointCloud2, "labeled_points")
-            self._region_count = self._create(UInt32, "region_count")
-            self._regions = self._create(PointCloud2, "regions")
-            self._barcode = self._create(PointCloud2, "barcode")
-            self._region_markers = self._create(MarkerArray, "region_markers")
-            self._region_colors = self._create(PointCloud2, "region_colors")
+            for output in OUTPUTS:
+                kind = output.message_class(self._types)
+                if kind is None:
+                    missing.append(output.name)
+                else:
+                    self._publishers.append((output, self._create(kind, output.name)))
         except Exception:
             self.destroy()
             raise
+        if missing:
+            package = f"ros-{os.environ.get('ROS_DISTRO') or 'jazzy'}-vision-msgs"
+            text = f"{' and '.join(missing)} are not published: vision_msgs is missing; sudo apt install {package}"
+            log.told("vision_msgs_missing", text)
 
-    def publish(self, msg: PointCloud2, cloud: Cloud, seg: Segmentation) -> None:
-        """Publish what is known of the frame `msg`; all but labels and count only while somebody subscribes."""
-        types, header = self._types, msg.header
-        self._labeled_points.publish(messages.labeled_points(types, msg, cloud, seg))
-        self._region_count.publish(messages.region_count(types, seg))
-        if self._regions.get_subscription_count():
-            self._regions.publish(messages.regions(types, header, seg))
-        if self._barcode.get_subscription_count():
-            self._barcode.publish(messages.barcode(types, header, seg))
-        if self._region_markers.get_subscription_count():
-            self._region_markers.publish(messages.region_markers(types, header, seg))
-        if self._region_colors.get_subscription_count():
-            self._region_colors.publish(messages.region_colors(types, msg, cloud, seg))
+    def wanted(self) -> bool:
+        """Whether somebody subscribes to any of them."""
+        return any(publisher.get_subscription_count() for _, publisher in self._publishers)
+
+    def publish(self, msg: Any, cloud: Cloud, seg: Segmentation) -> list[str]:
+        """Make and publish what somebody subscribes to, from the frame `msg`; return the names of these topics."""
+        passed = self._pass_fields()
+        if passed and not hasattr(msg, "fields"):
+            self._log.once("no_fields", "pass_fields has no effect: depth images have no other fields")
+            passed = ()
+        answer = Answer(msg, cloud, seg, passed, self._log.once)
+        published = []
+        for output, publisher in self._publishers:
+            if publisher.get_subscription_count() and (message := output.make(self._types, answer)) is not None:
+                publisher.publish(message)
+                published.append(output.name)
+        return published
 
     def destroy(self) -> None:
         """Remove the topics."""
-        for publisher in self._publishers:
+        for _, publisher in self._publishers:
             self._node.destroy_lifecycle_publisher(publisher)
         self._publishers.clear()
 
     def _create(self, kind: type, topic: str) -> LifecyclePublisher:
-        publisher = self._node.create_lifecycle_publisher(
+        return self._node.create_lifecycle_publisher(
             kind, topic, QoSProfile(depth=1), qos_overriding_options=overriding(self._node, topic, "publisher")
         )
-        self._publishers.append(publisher)
-        return publisher

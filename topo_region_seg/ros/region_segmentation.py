@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,8 +20,11 @@ from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros import parameters
+from topo_region_seg.ros.demand import Demand
+from topo_region_seg.ros.diagnostics import Condition
 from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.inputs import open_input
+from topo_region_seg.ros.intake import STOP_SECONDS, Intake
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.parameter_names import unknown
@@ -28,12 +32,13 @@ from topo_region_seg.ros.processor import FrameProcessor
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.qos_overrides import unused
 from topo_region_seg.ros.reporter import Reporter
+from topo_region_seg.ros.segment_once import SegmentOnce
 from topo_region_seg.ros.statistics import Statistics
 from topo_region_seg.ros.transforms import Transforms
 from topo_region_seg.ros.warm_up import warm_up_kernels
 
-STOP_SECONDS = 5.0
-"""How long a transition or the end of the process waits for the frame being processed."""
+DEMAND_SECONDS = 0.1
+"""Time between two looks at who wants clouds."""
 
 LAST_REPORTS = 3
 """How often a node that could not start reports so before its process ends: listeners find it at their own pace."""
@@ -44,8 +49,8 @@ RECOVERY = "recovery"
 class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyped
     """Segment every cloud on `points`, or what depth images show, the newest first.
 
-    Unconfigured: parameters and diagnostics. Inactive: also compiled kernels and the output topics.
-    Active: also the subscription and the worker thread.
+    Unconfigured: parameters, diagnostics and the service `~/segment_once`. Inactive: also compiled kernels and the
+    output topics. Active: also, while clouds are wanted, the subscription and the worker thread.
 
     Attributes
     ----------
@@ -79,12 +84,16 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._statistics = Statistics()
         self._outputs: Outputs | None = None
         self._processor: FrameProcessor | None = None
-        self._input: FrameSource | None = None
+        self._intake: Intake | None = None
         self._failure: str | None = None
+        self._due_since: float | None = time.monotonic()
         self._warned_of_overrides = False
         self.start_failed = False
         self._reporter = Reporter(self, self._statistics)
-        self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._requests = SegmentOnce(self, self._refusal, lambda: self._node_params.request_timeout)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0, self._report, clock=steady)
+        self.create_timer(DEMAND_SECONDS, self._follow_demand, clock=steady)
         self._survive_invalid_transitions()
 
     def autostart(self) -> None:
@@ -109,8 +118,11 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
 
         def configure() -> None:
             warm_up_kernels(self.get_logger(), self.context.ok)
-            self._outputs = Outputs(self)
-            self._processor = FrameProcessor(self, Pipeline(self._params), self._outputs, self._statistics, self._log)
+            self._outputs = Outputs(self, self._log, lambda: self._node_params.pass_fields)
+            demand = Demand(self._outputs, self._requests, lambda: self._node_params)
+            given = self._outputs, demand, self._requests, self._statistics, self._log
+            self._processor = FrameProcessor(self, Pipeline(self._params), *given)
+            self._intake = Intake(self, self._make_input, demand, self._statistics, self._log)
 
         return self._transition("configure", configure, undo=self._release)
 
@@ -118,16 +130,16 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         """Open the output topics and subscribe to the clouds."""
 
         def activate() -> None:
-            if self._processor is None:
+            if self._processor is None or self._intake is None:
                 raise RuntimeError("not configured")
-            self._statistics.restart()
             super(RegionSegmentation, self).on_activate(state)
             self._processor.forget()
             if Transforms.wanted(self._node_params):
                 self._processor.transforms = Transforms(self, self._node_params)
-            self._input = open_input(self, self._processor, self._statistics, self._log, self._node_params)
-            self._warn_of_unused_overrides(self._input)
-            self.get_logger().info(f"active: waiting for {self._input.what} on {self._input.topic}")
+            source = self._intake.start()
+            self._warn_of_unused_overrides(source)
+            self._due_since = None
+            self.get_logger().info(f"active: waiting for {source.what} on {source.topic}")
 
         return self._transition("activate", activate, undo=self._close_input)
 
@@ -135,6 +147,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         """Unsubscribe, so that nothing waits in a queue, and close the output topics."""
 
         def deactivate() -> None:
+            self._due_since = None
             self._close_input()
             super(RegionSegmentation, self).on_deactivate(state)
             self.get_logger().info("inactive")
@@ -143,11 +156,11 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Remove the output topics."""
-        return self._transition("cleanup", self._release)
+        return self._transition("cleanup", self._take_down)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Release everything; the node stays, finalized, until the process ends."""
-        return self._transition("shutdown", self._release)
+        return self._transition("shutdown", self._take_down)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Release everything and begin again, unconfigured."""
@@ -214,18 +227,29 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         """Label of the present lifecycle state."""
         return str(self._state_machine.current_state[1])
 
+    def _make_input(self) -> FrameSource:
+        assert self._processor is not None
+        return open_input(self, self._processor, self._statistics, self._log, self._node_params)
+
+    def _refusal(self) -> str | None:
+        """Return why no cloud can be processed at present."""
+        return None if self.state == "active" else f"the node is {self.state}; activate it first"
+
     def _close_input(self) -> None:
-        if self._input is not None:
-            if not self._input.close(STOP_SECONDS):
-                self.get_logger().warning(f"the last frame did not end within {STOP_SECONDS:.0f} s")
-            self._input = None
+        if self._intake is not None and not self._intake.close():
+            self.get_logger().warning(f"the last frame did not end within {STOP_SECONDS:.0f} s")
         if self._processor is not None and self._processor.transforms is not None:
             self._processor.transforms.close()
             self._processor.transforms = None
+        self._requests.give_up("the node was deactivated")
+
+    def _take_down(self) -> None:
+        self._due_since = None
+        self._release()
 
     def _release(self) -> None:
         self._close_input()
-        self._processor = None
+        self._processor = self._intake = None
         if self._outputs is not None:
             self._outputs.destroy()
             self._outputs = None
@@ -248,14 +272,30 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._node_params = parameters.read(self, NodeParams)
         if self._processor is not None and self._processor.pipeline.params != self._params:
             self._processor.pipeline = Pipeline(self._params)
-            if self._input is not None:
-                self._input.follow_publishers()  # color may count now, or no more
+            if self._intake is not None and self._intake.input is not None:
+                self._intake.input.follow_publishers()  # color may count now, or no more
         after = {**self._params.as_dict(), **self._node_params.as_dict()}
         changed = [f"{name} = {value}" for name, value in after.items() if value != before[name]]
         if changed:
             self.get_logger().info(f"parameters changed: {', '.join(changed)}")
 
     def _report(self) -> None:
-        if self._input is not None:
-            self._input.follow_publishers()
-        self._reporter.report(self.state, self._failure, self._input, self._node_params.input_timeout)
+        intake, limit = self._intake, self._node_params.inactive_timeout
+        source = None if intake is None else intake.input
+        if source is not None:
+            source.follow_publishers()
+        waited = 0.0 if self._due_since is None else time.monotonic() - self._due_since
+        condition = Condition(
+            self.state,
+            self._node_params,
+            failure=self._failure,
+            asleep=None if intake is None else intake.asleep,
+            overdue=waited if 0.0 < limit < waited else 0.0,
+        )
+        self._reporter.report(condition, source)
+
+    def _follow_demand(self) -> None:
+        if self._requests.waiting():
+            self._requests.expire(self.resolve_topic_name("points"))
+        if self._intake is not None:
+            self._intake.follow()

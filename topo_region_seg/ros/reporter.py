@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from contextlib import suppress
+from dataclasses import replace
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.duration import Duration
@@ -14,10 +16,13 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 
 from topo_region_seg.ros.advice import advice
-from topo_region_seg.ros.diagnostics import diagnostics
+from topo_region_seg.ros.diagnostics import Condition, diagnostics
 from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.statistics import Statistics
+
+DROPS_OVER = 10
+"""Reports, one a second, over which the share of dropped clouds is taken."""
 
 HEARD_SECONDS = 2.0
 """Longest wait for somebody to listen to the last report, and again for it to be received, before the process ends."""
@@ -39,6 +44,7 @@ class Reporter:
         self._node = node
         self._statistics = statistics
         self._before = statistics.snapshot()
+        self._earlier = deque([self._before], maxlen=DROPS_OVER)
         self._advised: str | None = None
         # Not a lifecycle publisher: an inactive node has something to say, too.
         self._publisher = node.create_publisher(
@@ -48,28 +54,30 @@ class Reporter:
             qos_overriding_options=overriding(node, "/diagnostics", "publisher"),
         )
 
-    def report(self, state: str, failure: str | None, source: FrameSource | None, input_timeout: float) -> None:
-        """Publish the figures of this moment, compared with those of the last report.
+    def report(self, condition: Condition, source: FrameSource | None) -> None:
+        """Publish the figures of this moment, compared with those of the last reports.
 
-        `failure` says why the last transition failed, None if it did not; `source` is the input of an active node.
+        `source` is the input of a node that listens.
         """
         now = self._statistics.snapshot()
         heard = now.received > 0
         if source is not None and source.hears_the_past and heard:
-            input_timeout = 0.0  # a publisher that latches owes no second cloud
+            condition = replace(condition, latched=True)  # a publisher that latches owes no second cloud
         stamp = self._node.get_clock().now().to_msg()
         name = self._node.get_fully_qualified_name()
-        self._publisher.publish(diagnostics(stamp, name, state, failure, now, self._before, input_timeout))
+        self._publisher.publish(diagnostics(stamp, name, condition, now, self._before, self._earlier[0]))
         self._before = now
+        self._earlier.append(now)
 
-        silent = state == "active" and 0 < input_timeout <= now.idle
+        silent = condition.silent(now)
         if silent and source is not None and (text := advice(self._node, source, heard)) != self._advised:
             # Again where the advice changes, as when a camera has come up on another topic.
             self._node.get_logger().warning(f"no {source.what} on {source.topic} for {now.idle:.0f} s{text}")
             self._advised = text
         if self._advised is not None and not silent:
-            if source is not None:
-                self._node.get_logger().info(f"{source.what} are coming in")
+            if condition.state == "active" and condition.asleep is None:
+                what = "clouds" if source is None else source.what
+                self._node.get_logger().info(f"{what} are coming in")
             self._advised = None
 
     def wait_for_listeners(self) -> None:

@@ -27,10 +27,11 @@ class Snapshot:
     """The figures at one moment; counts since the node was started, times over the last frames.
 
     Every cloud in `received` is in the end `processed`, `dropped` (for a newer one, or because it waited when the
-    node was deactivated) or `rejected`. `latencies_ms` holds percentiles. `idle` is the time since the last cloud or,
-    if later, since :meth:`Statistics.restart`. `stamp` is that of the last answered cloud, seconds.
-    `incompatible` counts publishers whose QoS does not match. `notices` counts, by code, what was said of clouds that
-    were answered, and `notice_texts` holds what was said last.
+    node was deactivated), `rejected` or `passed_over`, as nobody wanted it. `latencies_ms` holds percentiles.
+    `stretch` is the time since :meth:`Statistics.restart`, `idle` that since the last cloud or, if later, since that.
+    `stamp` and `frame_id` are those of the last answered cloud, the former in seconds. `incompatible` counts publishers
+    whose QoS does not match. `notices` counts, by code, what was said of clouds that were answered, and `notice_texts`
+    holds what was said last.
     """
 
     received: int
@@ -38,6 +39,7 @@ class Snapshot:
     dropped: int
     lost: int
     rejected: dict[str, int]
+    passed_over: dict[str, int]
     input_hz: float
     output_hz: float
     stages_ms: dict[str, float]
@@ -46,6 +48,8 @@ class Snapshot:
     points: int
     regions: int
     stamp: str
+    frame_id: str
+    stretch: float
     idle: float
     incompatible: int
     notices: dict[str, int]
@@ -64,11 +68,12 @@ class Statistics:
         self._lost = 0
         self._incompatible = 0
         self._rejected: Counter[str] = Counter()
+        self._passed_over: Counter[str] = Counter()
         self._notices: Counter[str] = Counter()
         self._notice_texts: dict[str, str] = {}
         self._points = 0
         self._regions = 0
-        self._stamp = ""
+        self._stamp = self._frame_id = ""
         self.restart()
 
     def restart(self) -> None:
@@ -119,6 +124,11 @@ class Statistics:
         with self._lock:
             self._rejected[reason] += 1
 
+    def passed_over(self, reason: str) -> None:
+        """Count a cloud that is not processed because nobody wants it."""
+        with self._lock:
+            self._passed_over[reason] += 1
+
     def noticed(self, code: str, text: str) -> None:
         """Count something that is to be known of a cloud that is answered, such as why it has no regions."""
         with self._lock:
@@ -133,6 +143,7 @@ class Statistics:
         points: int,
         regions: int,
         stamp: str,
+        frame_id: str = "",
     ) -> None:
         """Count an answered cloud."""
         with self._lock:
@@ -142,7 +153,7 @@ class Statistics:
                 self._stages.setdefault(stage, deque(maxlen=WINDOW)).append(ms)
             self._latencies.append(latency_ms)
             self._ages.append(stamp_age_ms)
-            self._points, self._regions, self._stamp = points, regions, stamp
+            self._points, self._regions, self._stamp, self._frame_id = points, regions, stamp, frame_id
 
     def snapshot(self) -> Snapshot:
         """Return the figures of this moment."""
@@ -157,6 +168,7 @@ class Statistics:
                 dropped=self._displaced + replaced,
                 lost=self._lost,
                 rejected=dict(self._rejected),
+                passed_over=dict(self._passed_over),
                 input_hz=_rate(self._inputs, now, span),
                 output_hz=_rate(self._outputs, now, span),
                 stages_ms={stage: median(times) for stage, times in self._stages.items()},
@@ -165,6 +177,8 @@ class Statistics:
                 points=self._points,
                 regions=self._regions,
                 stamp=self._stamp,
+                frame_id=self._frame_id,
+                stretch=now - self._since,
                 incompatible=self._incompatible,
                 notices=dict(self._notices),
                 notice_texts=dict(self._notice_texts),

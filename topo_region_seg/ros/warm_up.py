@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rclpy.executors import ExternalShutdownException
 
+from topo_region_seg.beyond.boxes.oriented import warm_up_boxes
 from topo_region_seg.compiled.cache import cache_folder
 from topo_region_seg.pipeline import warm_up
 
@@ -39,6 +40,7 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     def work() -> None:
         try:
             warm_up()
+            warm_up_boxes()
         except Exception as error:
             failure.append(error)
 

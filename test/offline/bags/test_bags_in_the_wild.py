@@ -41,6 +41,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from topo_region_seg.cloud.messages.topics import OUTPUTS
 from topo_region_seg.offline.bags import BagError, BagWriter, open_bag
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.types import typestore
@@ -395,9 +396,9 @@ def test_types_carry_all_they_need_and_the_hash_of_ros(written: Path) -> None:
         summary = reader.get_summary()
         assert summary is not None and summary.statistics is not None
         messages = list(reader.iter_messages())
-    assert len(messages) == summary.statistics.message_count == 18
+    assert len(messages) == summary.statistics.message_count == 3 * (1 + len(OUTPUTS))
     assert {channel.message_encoding for channel in summary.channels.values()} == {"cdr"}
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store = typestore()
     for channel in summary.channels.values():
         schema = summary.schemas[channel.schema_id]
         assert schema.encoding == "ros2msg"
@@ -453,7 +454,7 @@ def test_metadata_is_that_of_ros2_bag_record_in_jazzy(written: Path) -> None:
     assert information["relative_file_paths"] == ["out_0.mcap"] == [entry["path"] for entry in information["files"]]
     topics = {entry["topic_metadata"]["name"]: entry for entry in information["topics_with_message_count"]}
     assert {name: entry["message_count"] for name, entry in topics.items()} == dict.fromkeys(
-        ("/camera/points", "/labeled_points", "/region_count", "/regions", "/barcode", "/region_markers"), 3
+        ("/camera/points", *(f"/{output.name}" for output in OUTPUTS)), 3
     )
     with (written / "out_0.mcap").open("rb") as file:
         reader = make_reader(file)

@@ -29,7 +29,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write /labeled_points and /region_count to OUT.mcap (one file) or OUT (a rosbag2 folder)",
     )
     parser.add_argument("--topic", help="topic of the clouds, if the recording has several")
-    parser.add_argument("--all", action="store_true", help="also write /regions, /barcode and /region_markers")
+    parser.add_argument(
+        "--also",
+        metavar="TOPIC,...",
+        action="append",
+        default=[],
+        help="also write these of the node's topics, such as detections,surfaces; may be repeated",
+    )
+    parser.add_argument("--all", action="store_true", help="also write all other topics of the node")
     parser.add_argument("--with-input", action="store_true", help="also write the recorded clouds")
     parser.add_argument(
         "--compression",
@@ -47,12 +54,13 @@ def run(args: argparse.Namespace) -> int:
     from topo_region_seg.offline.bags.clouds import cloud_topic
     from topo_region_seg.offline.bags.images import ImageTopic
     from topo_region_seg.offline.cli.console import check_writable, loading_kernels, note, output, progress, write_whole
-    from topo_region_seg.offline.cli.replay_output import ReplayOutput, input_topic
+    from topo_region_seg.offline.cli.replay_output import ReplayOutput, asked_for, input_topic
     from topo_region_seg.offline.cli.replay_run import Replay
     from topo_region_seg.offline.cli.tables import timing_table
     from topo_region_seg.pipeline import warm_up
 
     params = params_from(args)
+    also = asked_for(args.also, args.all)
     if args.bag.suffix in (".pcd", ".ply"):
         raise ToolError(f"{args.bag}: is a cloud file, not a recording; use: topo_region_seg segment {args.bag}")
     if args.json:
@@ -63,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
         if isinstance(topic, ImageTopic):
             note(f"{topic.name}: {topic}")
         extra = input_topic(topic) if args.with_input else None
-        with ReplayOutput(args.output, everything=args.all, input_topic=extra, compression=args.compression) as results:
+        with ReplayOutput(args.output, also=also, input_topic=extra, compression=args.compression) as results:
             with loading_kernels():
                 warm_up()
             replay = Replay(reader, topic, params, results, debug=args.debug)

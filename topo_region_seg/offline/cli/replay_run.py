@@ -128,7 +128,7 @@ class Replay:
     def _finish(self, given: _Input, seg: Segmentation | None, step: Steps) -> None:
         if given.cloud is not None and seg is not None:
             with self._rejections(given):
-                self._output.write(given.record, given.msg, given.cloud, seg)
+                self._output.write(given.record, given.msg, given.cloud, seg, self._warn_once)
         if given.rejection:
             self.rejected.append(given.rejection)
         elif given.cloud is not None and seg is not None:
