@@ -42,7 +42,7 @@ setup(
         (f"share/{PACKAGE}/security", files("security")),
     ],
     zip_safe=False,
-    # colcon installs none of these: on a robot rosdep brings numpy, scipy and numba, and the node needs no more.
+    # colcon installs none of these: on a robot rosdep brings what the node needs.
     install_requires=[
         "numpy>=1.26",
         "scipy>=1.11",

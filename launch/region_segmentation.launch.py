@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start the region segmentation beside a camera driver or with a recording, and RViz on request.
 
-ros2 launch topo_region_seg region_segmentation.launch.py input:=/camera/depth/color/points rviz:=true
+ros2 launch topo_region_seg region_segmentation.launch.py camera:=realsense rviz:=true
+ros2 launch topo_region_seg region_segmentation.launch.py camera:=realsense input:=depth
+ros2 launch topo_region_seg region_segmentation.launch.py input:=/camera/depth/color/points
 ros2 launch topo_region_seg region_segmentation.launch.py bag:=recording.mcap
 """
+
+from typing import NamedTuple
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -15,6 +19,95 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = "topo_region_seg"
+DEPTH = "depth"
+
+
+class Topics(NamedTuple):
+    """Where a driver publishes what the node takes: clouds, or depth images with what belongs to them."""
+
+    points: str
+    depth: str
+    info: str
+    color: str
+
+
+# The names are those that the drivers use unless their own launch files are told otherwise.
+CAMERAS = {
+    "": Topics("points", "depth/image", "depth/camera_info", "color/image"),
+    # Clouds: pointcloud.enable:=true (and pointcloud.ordered_pc:=true for objects). Depth: align_depth.enable:=true.
+    "realsense": Topics(
+        "/camera/camera/depth/color/points",
+        "/camera/camera/aligned_depth_to_color/image_raw",
+        "/camera/camera/aligned_depth_to_color/camera_info",
+        "/camera/camera/color/image_raw",
+    ),
+    # Clouds: enable_colored_point_cloud:=true. Both: depth_registration:=true, which aligns the depth to the color.
+    "orbbec": Topics(
+        "/camera/depth_registered/points",
+        "/camera/depth/image_raw",
+        "/camera/depth/camera_info",
+        "/camera/color/image_raw",
+    ),
+    # Of zed_wrapper 5; older ones call the color image rgb/image_rect_color. camera_name is zed, as in its examples.
+    "zed": Topics(
+        "/zed/zed_node/point_cloud/cloud_registered",
+        "/zed/zed_node/depth/depth_registered",
+        "/zed/zed_node/depth/camera_info",
+        "/zed/zed_node/rgb/color/rect/image",
+    ),
+    # Clouds: rgb_point_cloud:=true. Depth: color_enabled:=true, and the depth in the color camera's view.
+    "azure_kinect": Topics("/points2", "/depth_to_rgb/image_raw", "/depth_to_rgb/camera_info", "/rgb/image_raw"),
+    # Clouds: PointCloudXyzrgbNode in the namespace /camera. Depth: what that node takes itself, without it.
+    "depth_image_proc": Topics(
+        "/camera/depth_registered/points",
+        "/camera/depth_registered/image_rect",
+        "/camera/rgb/camera_info",
+        "/camera/rgb/image_rect_color",
+    ),
+}
+
+
+def nodes(
+    context: LaunchContext, camera: LaunchConfiguration, wanted: LaunchConfiguration
+) -> list[LaunchDescriptionEntity]:
+    """Return the node with the topics of a camera, and the player with the same."""
+    name, given = camera.perform(context), wanted.perform(context)
+    if name not in CAMERAS:
+        known = ", ".join(filter(None, CAMERAS))
+        raise RuntimeError(f"camera:={name}: must be one of {known}; or leave it out and give input:=TOPIC")
+    topics = CAMERAS[name]
+    if given not in ("points", DEPTH):
+        topics = topics._replace(points=given)
+    remappings = [
+        ("points", topics.points),
+        ("depth/image", topics.depth),
+        ("depth/camera_info", topics.info),
+        ("color/image", topics.color),
+    ]
+    namespace, bag = LaunchConfiguration("namespace"), LaunchConfiguration("bag")
+    settings = {"use_sim_time": LaunchConfiguration("use_sim_time"), **({"input": DEPTH} if given == DEPTH else {})}
+    return [
+        Node(
+            package=PACKAGE,
+            executable="region_segmentation_node",
+            name="region_segmentation",
+            namespace=namespace,
+            parameters=[LaunchConfiguration("params_file"), settings],
+            remappings=remappings,
+            ros_arguments=["--log-level", LaunchConfiguration("log_level")],
+            output="screen",
+            emulate_tty=True,
+        ),
+        Node(
+            package=PACKAGE,
+            executable="topo_region_seg",
+            namespace=namespace,
+            arguments=["play", bag],
+            remappings=remappings,
+            condition=UnlessCondition(EqualsSubstitution(bag, "")),
+            output="screen",
+        ),
+    ]
 
 
 def view(_context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -39,13 +132,20 @@ def generate_launch_description() -> LaunchDescription:
     share = FindPackageShare(PACKAGE)
     default_parameters = PathJoinSubstitution([share, "config", "region_segmentation.yaml"])
     default_view = PathJoinSubstitution([share, "rviz", "region_segmentation.rviz"])
-    namespace = LaunchConfiguration("namespace")
-    bag = LaunchConfiguration("bag")
     return LaunchDescription(
         [
             DeclareLaunchArgument("namespace", default_value="", description="namespace of the node and its topics"),
             DeclareLaunchArgument("params_file", default_value=default_parameters, description="YAML file"),
-            DeclareLaunchArgument("input", default_value="points", description="topic of the clouds to segment"),
+            DeclareLaunchArgument(
+                "camera",
+                default_value="",
+                description="driver whose topics are used: realsense, orbbec, zed, azure_kinect or depth_image_proc",
+            ),
+            DeclareLaunchArgument(
+                "input",
+                default_value="points",
+                description="points or depth: what is taken of the camera; any other name is a topic of clouds",
+            ),
             DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
             DeclareLaunchArgument("use_sim_time", default_value="false", description="true = time comes from /clock"),
             DeclareLaunchArgument("bag", default_value="", description="recording to play; empty = a camera runs"),
@@ -54,25 +154,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "fixed_frame", default_value="camera_depth_optical_frame", description="frame_id of the clouds"
             ),
-            Node(
-                package=PACKAGE,
-                executable="region_segmentation_node",
-                name="region_segmentation",
-                namespace=namespace,
-                parameters=[LaunchConfiguration("params_file"), {"use_sim_time": LaunchConfiguration("use_sim_time")}],
-                remappings=[("points", LaunchConfiguration("input"))],
-                ros_arguments=["--log-level", LaunchConfiguration("log_level")],
-                output="screen",
-                emulate_tty=True,
-            ),
-            Node(
-                package=PACKAGE,
-                executable="topo_region_seg",
-                namespace=namespace,
-                arguments=["play", bag, "--remap-to", LaunchConfiguration("input")],
-                condition=UnlessCondition(EqualsSubstitution(bag, "")),
-                output="screen",
-            ),
+            OpaqueFunction(function=nodes, args=[LaunchConfiguration("camera"), LaunchConfiguration("input")]),
             OpaqueFunction(function=view, condition=IfCondition(LaunchConfiguration("rviz"))),
         ]
     )

@@ -32,7 +32,9 @@ def generate_launch_description() -> LaunchDescription:
         entities += [
             DeclareLaunchArgument(f"{side}_namespace", default_value=side, description="namespace of node and topics"),
             DeclareLaunchArgument(
-                f"{side}_input", default_value="points", description="topic of the clouds; relative to the namespace"
+                f"{side}_input",
+                default_value="points",
+                description="topic of the clouds, relative to the namespace; or depth, for depth/image in it",
             ),
             DeclareLaunchArgument(f"{side}_params_file", default_value=default_parameters, description="YAML file"),
             DeclareLaunchArgument(
@@ -45,6 +47,7 @@ def generate_launch_description() -> LaunchDescription:
                 PythonLaunchDescriptionSource(one_camera),
                 launch_arguments={
                     "namespace": LaunchConfiguration(f"{side}_namespace"),
+                    "camera": "",  # whose topics would be the same for both
                     "input": LaunchConfiguration(f"{side}_input"),
                     "params_file": LaunchConfiguration(f"{side}_params_file"),
                     "bag": LaunchConfiguration(f"{side}_bag"),

@@ -32,7 +32,7 @@ PURPOSES = {
     "test": "`make test`",
     "lint": "`make lint`",
 }
-ON_A_ROBOT = ("numpy", "scipy", "numba")
+ON_A_ROBOT = ("numpy", "scipy", "numba", "pillow")
 # Where a package's metadata hold a whole text or nothing, this is from its repository.
 STATED_ELSEWHERE = {
     "ros-jazzy-rclpy": "Apache-2.0",

@@ -136,4 +136,6 @@ def ros1_message(store: Any, message: Any, sequence: int) -> Any:
     stamp = types["builtin_interfaces/msg/Time"](sec=head.stamp.sec, nanosec=head.stamp.nanosec)
     values = {name: getattr(message, name) for name in message.__dataclass_fields__ if name != "__msgtype__"}
     values["header"] = types["std_msgs/msg/Header"](seq=sequence, stamp=stamp, frame_id=head.frame_id)
-    return types[message.__msgtype__](**values)
+    kind = types[message.__msgtype__]
+    # D, K, R and P of CameraInfo are small in ROS 2.
+    return kind(**{name if name in kind.__dataclass_fields__ else name.upper(): values[name] for name in values})

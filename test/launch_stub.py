@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 NAMES = {
@@ -36,11 +36,15 @@ class Made:
     def __init__(self, kind: str, *args: Any, **keywords: Any) -> None:
         self.kind, self.args, self.keywords = kind, args, keywords
 
+    def perform(self, context: Any) -> str:
+        """As a LaunchConfiguration: return its value, "" where none is known."""
+        return str(context.launch_configurations[self.args[0]]) if context else ""
+
     def walk(self) -> Iterator[Made]:
         """Yield this and everything inside it."""
         yield self
         if self.kind == "OpaqueFunction":
-            for made in self.keywords["function"](None):
+            for made in self.keywords["function"](None, *self.keywords.get("args", [])):
                 yield from made.walk()
         todo: list[Any] = [*self.args, *self.keywords.values()]
         while todo:
@@ -100,7 +104,8 @@ def _commands(parts: list[Made], share: Path, values: dict[str, str], without: t
             values.update({name: text(value) for name, value in given["launch_arguments"]})
             yield from _commands(run(Path(text(source.args[0])), without).args[0], share, values, without)
         elif part.kind == "OpaqueFunction":
-            yield from _commands(given["function"](None), share, values, without)
+            context = SimpleNamespace(launch_configurations=values)
+            yield from _commands(given["function"](context, *given.get("args", [])), share, values, without)
         elif part.kind == "LogInfo":
             yield ["echo", given["msg"]]
         elif part.kind == "Node":

@@ -31,6 +31,9 @@ class Cloud:
     sensor_pose : tuple of 7 floats, optional
         Where the sensor was in the frame of the positions: x, y, z (m) and the unit quaternion w, x, y, z, as the
         VIEWPOINT of a PCD file has it. None: not known; taken to be the origin.
+    base_pose : tuple of 7 floats, optional
+        Where the robot's base frame was, likewise; `up` and `crop_box` are in it then. None: they are in the frame of
+        the positions.
     """
 
     xyz: npt.NDArray[np.floating]
@@ -38,6 +41,7 @@ class Cloud:
     height: int
     width: int
     sensor_pose: tuple[float, ...] | None = None
+    base_pose: tuple[float, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.xyz)

@@ -53,7 +53,8 @@ class Params(ParameterTable):
     )
     crop_box_pose: tuple[float, ...] = parameter(
         (),
-        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in that of the clouds; empty = the same",
+        "pose [x, y, z, roll, pitch, yaw] (m, rad) of the crop box's frame in that of the clouds, or in the node's "
+        "base_frame if that is set; empty = the same",
         lengths=(0, 6),
     )
     sensor_pose: tuple[float, ...] = parameter(
@@ -61,6 +62,13 @@ class Params(ParameterTable):
         "pose [x, y, z, roll, pitch, yaw] (m, rad) of the sensor in the frame of the clouds, for clouds in another "
         "frame than the sensor's, such as base_link or map; empty = as the file says, else at the origin",
         lengths=(0, 6),
+    )
+    up: tuple[float, ...] = parameter(
+        (),
+        "direction [x, y, z] of up in the frame of the clouds, such as [0, -1, 0] for a level camera's optical frame, "
+        "or [0, 0, 1] for base_link: then only planes that are level within 10 degrees are taken for table or floor; "
+        "empty = not known; with the node's base_frame a direction in it, and empty = its z",
+        lengths=(0, 3),
     )
     drop_zeros: bool = parameter(
         True, "take points at exactly (0, 0, 0) as 'no depth', as several drivers publish them"
@@ -271,6 +279,8 @@ class Params(ParameterTable):
                 raise ParameterError(
                     f"{small} ({low}) is greater than {large} ({high}); lower the one or raise the other"
                 )
+        if self.up and not max(map(abs, self.up)) > 0.0:
+            raise ParameterError(f"up {list(self.up)}: must have a direction, such as [0, 0, 1]")
         if self.crop_box and not all(self.crop_box[i] < self.crop_box[i + 3] for i in range(3)):
             raise ParameterError(f"crop_box {list(self.crop_box)}: each minimum must be less than its maximum")
 

@@ -17,6 +17,8 @@ from topo_region_seg.beyond.objects.frame import frame_scene, free_points, groov
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.clock import Clock
+from topo_region_seg.cloud import depth_image
+from topo_region_seg.cloud.placing import Transform, moved
 from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
@@ -31,7 +33,7 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map
+from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
@@ -83,9 +85,9 @@ class Pipeline:
         self._told = True
         clock = Clock()
         with clock("crop"):
-            known = known_sensor(cloud, params)
+            known, up = known_sensor(cloud, params), up_direction(cloud, params)
             sensor = np.zeros(3) if known is None else known.position
-            rows = crop(cloud.xyz, sensor, params)
+            rows = crop(cloud.xyz, sensor, params, base=cloud.base_pose)
             if len(rows) == 0:
                 sensor, rows, notice = _seen_otherwise(cloud, params, known)
                 notices.append(notice)
@@ -99,13 +101,13 @@ class Pipeline:
         if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
             with clock("surfaces"):
                 size = cloud.height, cloud.width
-                framed = frame_scene(xyz, rows, *size, params, known)
+                framed = frame_scene(xyz, rows, *size, params, known, up)
         scene = framed[0] if framed else None
         with clock("floor"):
             support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
             if params.remove_floor and scene is None:
                 given = distance, params.floor_min_extent, params.floor_seed
-                support = find_support(xyz, *given, sensor_known=known is not None)
+                support = find_support(xyz, *given, sensor_known=known is not None, up=up)
             plane = support.plane
             kept = None
             if scene is not None:
@@ -215,6 +217,8 @@ def warm_up() -> None:
     read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
     record = np.zeros((1, 5), np.float32)
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
+    depth_image.warm_up()
+    moved(Cloud(floats, None, 1, 1), Transform(np.eye(3), np.zeros(3)))
     # Points as even as these have more edges at one scale than a forest needs.
     dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
     growth = growth_of_regions(Params())
@@ -239,7 +243,7 @@ def _seen_otherwise(cloud: Cloud, params: Params, known: Sensor | None) -> tuple
     """Return where a cloud of which nothing is in range is seen from, the rows that are left then, and a notice."""
     sensor = np.zeros(3) if known is None else known.position
     if known is None:
-        rows = crop(cloud.xyz, sensor, params, any_range=True)
+        rows = crop(cloud.xyz, sensor, params, any_range=True, base=cloud.base_pose)
         above_map = position_above_map(cloud.xyz[rows].astype(np.float64))
         if above_map is not None:
             return above_map, rows, taken_for_map(above_map)

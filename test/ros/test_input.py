@@ -16,7 +16,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
 
-from topo_region_seg.ros.input import OVERLAP_SECONDS, Input
+from topo_region_seg.ros.followed_topic import OVERLAP_SECONDS
+from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.input_quality import InputQuality
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.statistics import Statistics
@@ -130,7 +131,7 @@ def test_a_middleware_without_events_is_followed_by_asking(monkeypatch: pytest.M
     node.publishers = [QoSProfile(depth=1, reliability=BEST_EFFORT)]
     source.follow_publishers()
     assert node.subscriptions[-1].qos_profile.reliability == BEST_EFFORT
-    monkeypatch.setattr("topo_region_seg.ros.input.OVERLAP_SECONDS", 0.0)
+    monkeypatch.setattr("topo_region_seg.ros.followed_topic.OVERLAP_SECONDS", 0.0)
     source.follow_publishers()
     assert len(node.subscriptions) == 1, "the old one goes when the overlap ends"
     source.close(10)
@@ -154,7 +155,7 @@ def test_a_publisher_that_comes_is_followed_at_once_and_its_numbers_begin_anew()
 
 def test_the_old_subscription_goes_only_after_the_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr("topo_region_seg.ros.input.time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr("topo_region_seg.ros.followed_topic.time", SimpleNamespace(monotonic=lambda: now[0]))
     node = Node()
     source, *_ = opened(node)
     node.publishers = [QoSProfile(depth=1, reliability=BEST_EFFORT)]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import os
 import re
 import signal
@@ -33,6 +34,7 @@ ARGUMENTS = {
     ONE: {
         "namespace",
         "params_file",
+        "camera",
         "input",
         "log_level",
         "use_sim_time",
@@ -112,7 +114,40 @@ def test_what_starts_depends_on_bag_and_rviz() -> None:
     assert started(TWO, rviz="true") == ["region_segmentation_node", "rviz2"] * 2
     left, view, *_ = commands(TWO, ROOT, {"rviz": "true", "rviz_config": "my.rviz", "left_frame": "eye"})
     assert view == ["rviz2", "-d", "my.rviz", "-f", "eye", "--ros-args", "-r", "__ns:=/left", *SIM_TIME]
-    assert left[-4:] == [*SIM_TIME, "-r", "points:=points"]
+    assert left[-10:-6] == [*SIM_TIME, "-r", "points:=points"]
+
+
+def remaps(line: list[str]) -> dict[str, str]:
+    pairs = [part.split(":=") for flag, part in itertools.pairwise(line) if flag == "-r"]
+    return {name: topic for name, topic in pairs if not name.startswith("__")}
+
+
+INPUTS = ("points", "depth/image", "depth/camera_info", "color/image")
+
+
+@pytest.mark.parametrize("camera", ["realsense", "orbbec", "zed", "azure_kinect", "depth_image_proc"])
+@pytest.mark.parametrize("given", ["points", "depth", "/other/points"])
+def test_a_camera_sets_the_topics_of_its_driver(camera: str, given: str) -> None:
+    node, player = commands(ONE, ROOT, {"camera": camera, "input": given, "bag": "a.mcap"})
+    assert ("input:=depth" in node) == (given == "depth")
+    found = remaps(node)
+    assert tuple(found) == INPUTS and remaps(player) == found, "the player publishes where the node listens"
+    assert all(topic.startswith("/") and topic not in INPUTS for topic in found.values())
+    assert len(set(found.values())) == len(INPUTS)
+    assert (found["points"] == "/other/points") == (given == "/other/points")
+    # The table of the documentation has the same names.
+    page = (ROOT / "docs" / "robot.md").read_text(encoding="utf-8")
+    row = next(line for line in page.splitlines() if line.startswith(f"| `{camera}` |"))
+    assert all(f"`{topic}`" in row for name, topic in found.items() if given != "/other/points" or name != "points")
+
+
+def test_without_a_camera_names_stay_relative_and_an_unknown_one_is_refused() -> None:
+    (node,) = commands(ONE, ROOT, {})
+    assert remaps(node) == {name: name for name in INPUTS} and "input:=depth" not in node
+    (node,) = commands(ONE, ROOT, {"input": "depth"})
+    assert remaps(node) == {name: name for name in INPUTS} and "input:=depth" in node
+    with pytest.raises(RuntimeError, match="camera:=kinect: must be one of realsense, orbbec, zed, azure_kinect"):
+        commands(ONE, ROOT, {"camera": "kinect"})
 
 
 @pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)

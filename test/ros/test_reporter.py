@@ -14,8 +14,9 @@ pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]
 from builtin_interfaces.msg import Time
 
 from topo_region_seg.ros import reporter as module
-from topo_region_seg.ros.advice import CLOUD_TYPE, NAMED, advice
+from topo_region_seg.ros.advice import CLOUD_TYPE, advice
 from topo_region_seg.ros.diagnostics import Condition
+from topo_region_seg.ros.missing_images import NAMED
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.reporter import DROPS_OVER, Reporter
 from topo_region_seg.ros.statistics import Statistics
@@ -35,7 +36,7 @@ class Scene:
         monkeypatch.setattr("topo_region_seg.ros.statistics.time", time)
         monkeypatch.setattr(module, "advice", lambda node, source, heard: f"{self.text}, heard {heard}")
         self.statistics = Statistics()
-        self.source = SimpleNamespace(topic="/points", hears_the_past=False)
+        self.source = SimpleNamespace(topic="/points", what="clouds", hears_the_past=False)
         self.reporter = Reporter(self._node(), self.statistics)
 
     def _node(self) -> Any:
@@ -123,7 +124,8 @@ def test_cameras_are_named_as_far_as_a_line_goes(cameras: int) -> None:
         get_node_names_and_namespaces=lambda: [],
         count_publishers=lambda topic: 1,
     )
-    said = advice(node, SimpleNamespace(topic="/points"), heard=False)  # type: ignore[arg-type]
+    source: Any = SimpleNamespace(topic="/points", kind=CLOUD_TYPE, name="points")
+    said = advice(node, source, heard=False)
     assert [name in said for name in names] == [number < 4 for number in range(cameras)] and NAMED == 4
     assert said.endswith(f" (and {cameras - 4} more)") == (cameras > 4)
     assert ("is the camera driver running?" in said) == (cameras == 0)

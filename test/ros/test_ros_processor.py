@@ -18,9 +18,10 @@ from clouds import message, scene
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros.diagnostics import Condition, diagnostics
+from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
-from topo_region_seg.ros.processor import Frame, FrameProcessor
+from topo_region_seg.ros.processor import FrameProcessor
 from topo_region_seg.ros.statistics import Snapshot, Statistics
 
 OK, WARN, ERROR = b"\x00", b"\x01", b"\x02"

@@ -7,9 +7,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from oracles import Array
+from scipy.spatial.transform import Rotation
 
-from topo_region_seg.data import Plane
+from topo_region_seg.data import Cloud, Plane
+from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.params import Params
+from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.steps.support.hypotheses import best_hypothesis
+from topo_region_seg.steps.support.level import ANY_WAY
 from topo_region_seg.steps.support.search import MISS, find_support
 from topo_region_seg.steps.support.surfaces import _fitted as weighed
 
@@ -81,6 +86,60 @@ def test_where_nothing_stands_on_either_the_larger_plane_goes() -> None:
     assert plane is not None and plane.normal[2] < -0.99
 
 
+UP = np.array([0.0, -1.0, 0.0])
+
+
+@pytest.mark.parametrize("with_box", [False, True])
+@pytest.mark.parametrize("seed", range(6))
+def test_where_up_is_known_the_floor_goes_however_the_camera_is_turned(with_box: bool, seed: int) -> None:
+    xyz, _ = room(with_box)
+    turn = Rotation.random(random_state=seed)
+    found = find_support(turn.apply(xyz), 0.01, 0.3, 0, up=turn.apply(UP)).plane
+    assert found is not None
+    assert np.array(found.normal) @ turn.apply(UP) > 0.999 and found.offset == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(("tilt", "level"), [(8.0, True), (13.0, False)])
+def test_a_plane_that_is_not_level_carries_nothing(tilt: float, level: bool) -> None:
+    up = Rotation.from_euler("z", tilt, degrees=True).apply(UP)
+    assert (find_support(room(False)[0], 0.01, 0.3, 0, up=up).plane is not None) == level
+
+
+def test_a_ceiling_carries_nothing() -> None:
+    xyz = room(with_box=False)[0] * [1.0, -1.0, 1.0]
+    assert find_support(xyz, 0.01, 0.3, 0, up=-UP).plane is not None
+    assert find_support(xyz, 0.01, 0.3, 0, up=UP).plane is None
+
+
+@pytest.mark.parametrize("output", ["regions", "objects"])
+def test_the_parameter_up_leaves_the_wall(output: str) -> None:
+    """A wall that a shelf stands out of carries things, too, and is larger."""
+    xyz, wall = room(with_box=False)
+    grid = xyz.reshape(240, 320, 3)
+    shelf = np.zeros((240, 320), np.bool_)
+    shelf[40:60, 60:260] = True
+    grid[shelf] *= (1.5 / grid[shelf][:, 2])[:, None]
+    rgb = np.where(wall[:, None], [[120, 130, 140]], [[150, 150, 150]]).astype(np.uint8)
+    cloud = Cloud(grid.reshape(-1, 3), rgb, 240, 320)
+    wall &= ~shelf.ravel()
+    floor = ~wall & ~shelf.ravel()
+
+    def labeled(params: Params) -> tuple[float, float]:
+        seg = Pipeline(params).run(cloud, lambda *_: None)
+        return float((seg.labels[wall] > 0).mean()), float((seg.labels[floor] > 0).mean())
+
+    blind = Params(output="regions")
+    assert labeled(blind)[0] < 0.1, "the wall goes where up is not known"
+    found = labeled(Params(output=output, up=(0.0, -2.0, 0.0)))
+    assert found[1] < 0.1, "the floor goes"
+    assert found[0] > 0.9 or output == "objects", "and the wall stays, unless only things do"
+
+
+def test_up_needs_a_direction() -> None:
+    with pytest.raises(ParameterError, match=r"up \[0.0, 0.0, 0.0\]: must have a direction"):
+        Params(up=(0.0, 0.0, 0.0))
+
+
 def test_a_plane_that_the_scene_is_seen_through_is_none() -> None:
     """A frame of 0.1 m round an opening, through which a rough heap is seen behind it."""
     rng = np.random.default_rng(0)
@@ -102,8 +161,8 @@ def test_triples_are_drawn_until_a_miss_is_unlikely() -> None:
     off = np.flatnonzero(xyz[:, 2] > 1.0)
     triples = np.concatenate([rng.choice(off, (500, 3)), on[None, :3]])
     near = np.full(1000, 1e-3)
-    assert best_hypothesis(xyz, triples, near, 100.0, MISS)[2] == 400
-    assert best_hypothesis(xyz, triples, near, 400.0, MISS)[2] < 400
+    assert best_hypothesis(xyz, triples, near, 100.0, MISS, ANY_WAY, 0.0)[2] == 400
+    assert best_hypothesis(xyz, triples, near, 400.0, MISS, ANY_WAY, 0.0)[2] < 400
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -112,7 +171,7 @@ def test_each_point_is_on_a_plane_within_a_distance_of_its_own(seed: int) -> Non
     rng = np.random.default_rng(seed)
     xyz = np.column_stack([rng.random((300, 2)), 2.0 + rng.normal(0.0, 0.01, 300)])
     near = rng.uniform(0.001, 0.03, 300)
-    normal, offset, inliers = best_hypothesis(xyz, np.array([[0, 1, 2]]), near, 3.0, MISS)
+    normal, offset, inliers = best_hypothesis(xyz, np.array([[0, 1, 2]]), near, 3.0, MISS, ANY_WAY, 0.0)
     wanted = np.cross(xyz[1] - xyz[0], xyz[2] - xyz[0])
     wanted /= np.linalg.norm(wanted)
     assert abs(wanted @ normal) == pytest.approx(1.0)

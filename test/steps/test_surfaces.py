@@ -49,6 +49,26 @@ def test_the_table_is_the_support_and_not_the_wall(camera) -> None:
         assert share(scene, wall, FREE) < 0.05 and share(scene, wall, STRUCTURE) > 0.5
 
 
+def test_where_up_is_known_it_decides_which_surface_carries_things() -> None:
+    """Whatever way the image is turned: the wall would be the floor if up were towards the camera."""
+    frame = looking(LEVEL, BOXES)
+    surfaces = find_surfaces(frame.grid, frame.model, 0.3, 0)
+    up = LEVEL.rotation[2]
+    towards = LEVEL.rotation.T @ np.array([-1.0, 0.0, 0.0])
+    sideways = LEVEL.rotation.T @ np.array([0.0, 1.0, 0.0])
+    for axes in (np.eye(3), np.eye(3)[[1, 0, 2]], -np.eye(3)):
+
+        def support(direction: np.ndarray, axes: np.ndarray = axes):
+            given = frame.grid, frame.model, surfaces, LEAST
+            return scene_of(*given, exact=False, axes=axes, up=direction).support
+
+        table = support(up)
+        assert table is not None and table.normal @ up > 0.999
+        wall = support(towards)
+        assert wall is not None and wall.normal @ towards > 0.999
+        assert support(sideways) is None, "nothing is level then"
+
+
 def test_surfaces_are_finite_planes_with_unit_normals_towards_the_sensor() -> None:
     frame = looking(LEVEL, BOXES)
     surfaces = find_surfaces(frame.grid, frame.model, 0.3, 0)

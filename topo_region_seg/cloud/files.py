@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from topo_region_seg.cloud.file_colors import read_colors
-from topo_region_seg.cloud.layout import COORDINATES, Warn
+from topo_region_seg.cloud.layout import COORDINATES, Warn, ignore
 from topo_region_seg.cloud.pcd import read_pcd
 from topo_region_seg.cloud.ply import read_vertices, write_vertices
 from topo_region_seg.data import Cloud, LabelArray
@@ -75,7 +75,7 @@ def read_cloud(
         reason = _reason(path, error)
         kind = path.suffix.lstrip(".").upper()
         raise CloudFileError(f"{path}: cannot be read as {kind} ({reason}); check or convert the file") from error
-    warn = warn or _ignore
+    warn = warn or ignore
     for oddity in oddities:
         warn("odd_file", f"{path}: {oddity}")
     columns = {**{name.lower(): column for name, column in columns.items()}, **columns}
@@ -157,10 +157,6 @@ def _read_pcd(path: Path, check_points: Callable[[int], None]) -> tuple[Any, ...
 def _read_ply(path: Path, check_points: Callable[[int], None]) -> tuple[Any, ...]:
     data = read_vertices(path, check_points)
     return {name: data[name] for name in data.dtype.names or ()}, 1, len(data), None, False, ()
-
-
-def _ignore(code: str, text: str) -> None:
-    """Do nothing with a warning."""
 
 
 def _coordinate_type(cloud: Cloud) -> type[np.floating[Any]]:

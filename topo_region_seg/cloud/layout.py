@@ -23,6 +23,10 @@ CHANNEL_TYPES = (UINT8, UINT16, FLOAT32, FLOAT64)
 Warn = Callable[[str, str], None]
 
 
+def ignore(code: str, text: str) -> None:
+    """Do nothing with a warning."""
+
+
 class CloudFormatError(ValueError):
     """A cloud cannot be read.
 
@@ -81,7 +85,7 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn, needs_color: bool
     _check_field_count(msg.fields)
     big_endian = bool(msg.is_bigendian)
     if points == 0:
-        _check_stamp(msg)
+        check_stamp(msg)
         return Layout(height, width, 0, 0, (), None, UINT8, big_endian)
 
     coordinates = _fields(msg.fields, COORDINATES)
@@ -100,10 +104,9 @@ def check(msg: Any, size: int, *, max_points: int, warn: Warn, needs_color: bool
         color = None
     offsets, channel = color or (None, UINT8)
 
-    if points > max_points:
-        raise CloudFormatError("too_many_points", _too_many(height, width, max_points))
+    check_points(height, width, max_points)
     row_step = _row_step(height, width, point_step, row_step, size, warn)
-    _check_stamp(msg)
+    check_stamp(msg)
     return Layout(
         height,
         width,
@@ -130,15 +133,19 @@ def check_field(msg: Any, size: int, name: str, *, max_points: int, warn: Warn) 
     if not found:
         raise CloudFormatError("field_missing", f"no field {name}")
     _check_places(found, int(msg.point_step))
-    if height * width > max_points:
-        raise CloudFormatError("too_many_points", _too_many(height, width, max_points))
+    check_points(height, width, max_points)
     row_step = _row_step(height, width, int(msg.point_step), int(msg.row_step), size, warn) if height * width else 0
-    _check_stamp(msg)
+    check_stamp(msg)
     return found[name], row_step
 
 
-def _too_many(height: int, width: int, limit: int) -> str:
-    return f"{width} x {height} points, but max_points and over_max_points allow {limit}; raise max_points"
+def check_points(height: int, width: int, limit: int) -> None:
+    """Refuse more points than a limit."""
+    if height * width > limit:
+        raise CloudFormatError(
+            "too_many_points",
+            f"{width} x {height} points, but max_points and over_max_points allow {limit}; raise max_points",
+        )
 
 
 def _check_field_count(fields: Any) -> None:
@@ -240,7 +247,8 @@ def _row_step(height: int, width: int, point_step: int, row_step: int, size: int
     return row_step
 
 
-def _check_stamp(msg: Any) -> None:
+def check_stamp(msg: Any) -> None:
+    """Refuse a time that is none."""
     nanosec = int(msg.header.stamp.nanosec)
     if not 0 <= nanosec < 1_000_000_000:
         raise CloudFormatError("bad_stamp", f"header.stamp.nanosec = {nanosec} is not less than 1e9")

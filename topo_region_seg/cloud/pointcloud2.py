@@ -15,8 +15,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from topo_region_seg.cloud.buffers import bytes_of
 from topo_region_seg.cloud.color_values import as_bytes
-from topo_region_seg.cloud.layout import FLOAT32, FLOAT64, UINT8, CloudFormatError, Layout, Warn, check, check_field
+from topo_region_seg.cloud.layout import (
+    FLOAT32,
+    FLOAT64,
+    UINT8,
+    CloudFormatError,
+    Layout,
+    Warn,
+    check,
+    check_field,
+    ignore,
+)
 from topo_region_seg.cloud.records import read_records
 from topo_region_seg.data import Cloud
 
@@ -50,8 +61,8 @@ def decode(msg: Any, *, max_points: int, warn: Warn | None = None, needs_color: 
     CloudFormatError
         The message contradicts itself, lacks x, y or z, or is too large.
     """
-    buffer = _bytes_of(msg.data)
-    layout = check(msg, buffer.nbytes, max_points=max_points, warn=warn or _ignore, needs_color=needs_color)
+    buffer = bytes_of(msg.data)
+    layout = check(msg, buffer.nbytes, max_points=max_points, warn=warn or ignore, needs_color=needs_color)
     if layout.height * layout.width == 0:
         empty = np.empty((0, 3), np.float32), np.empty((0, 3), np.uint8)
         return Cloud(*empty, layout.height, layout.width)
@@ -72,8 +83,8 @@ def field_of(msg: Any, name: str) -> npt.NDArray[Any]:
     """
     if not hasattr(msg, "fields"):
         raise CloudFormatError("field_missing", f"no field {name}: images have none")
-    buffer, size = _bytes_of(msg.data), int(msg.height) * int(msg.width)
-    field, row_step = check_field(msg, buffer.nbytes, name, max_points=size, warn=_ignore)
+    buffer, size = bytes_of(msg.data), int(msg.height) * int(msg.width)
+    field, row_step = check_field(msg, buffer.nbytes, name, max_points=size, warn=ignore)
     kind = np.dtype((">" if msg.is_bigendian else "<") + KINDS[int(field.datatype)])
     count = int(field.count)
     shape, strides = (int(msg.height), int(msg.width), count), (row_step, int(msg.point_step), kind.itemsize)
@@ -157,20 +168,6 @@ def cloud_message(
         data=buffer,
         is_dense=bool(is_dense),
     )
-
-
-def _ignore(code: str, text: str) -> None:
-    """Do nothing with a warning."""
-
-
-def _bytes_of(data: Any) -> npt.NDArray[np.uint8]:
-    """View any buffer as bytes, without a copy where it is contiguous."""
-    if isinstance(data, np.ndarray):
-        return np.ascontiguousarray(data).reshape(-1).view(np.uint8)
-    try:
-        return np.frombuffer(data, np.uint8) if len(data) else np.empty(0, np.uint8)
-    except (TypeError, ValueError, BufferError) as error:
-        raise CloudFormatError("bad_data", f"data of type {type(data).__name__} is not a buffer: {error}") from None
 
 
 def byte_buffer(message_class: Any, size: int) -> Any:

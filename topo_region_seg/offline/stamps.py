@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Header stamps: reading them, and pairing what has equal ones.
+"""Header stamps: as seconds, and pairing what has equal ones.
 
 Some drivers stamp every cloud alike, as with 0. Messages of equal stamps are then paired in the order in which they
 were recorded: the first with the first, the second with the second.
@@ -10,12 +10,6 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable
-from typing import Any
-
-
-def stamp_of(msg: Any) -> int:
-    """Return the header stamp of a message, nanoseconds."""
-    return int(msg.header.stamp.sec) * 10**9 + int(msg.header.stamp.nanosec)
 
 
 def seconds(stamp: int) -> float:

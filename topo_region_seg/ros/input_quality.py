@@ -27,9 +27,9 @@ class Quality:
     reliability: ReliabilityPolicy
     durability: DurabilityPolicy
 
-    def profile(self) -> QoSProfile:
-        """Return a profile of depth 1."""
-        return QoSProfile(depth=1, reliability=self.reliability, durability=self.durability)
+    def profile(self, depth: int = 1) -> QoSProfile:
+        """Return a profile of some depth."""
+        return QoSProfile(depth=depth, reliability=self.reliability, durability=self.durability)
 
     def __str__(self) -> str:
         return f"{self.reliability.name}, {self.durability.name}".lower()

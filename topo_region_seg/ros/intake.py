@@ -13,7 +13,7 @@ from collections.abc import Callable
 from rclpy.lifecycle import LifecycleNode
 
 from topo_region_seg.ros.demand import Demand
-from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.statistics import Statistics
 
@@ -41,7 +41,7 @@ class Intake:
     def __init__(
         self,
         node: LifecycleNode,
-        make: Callable[[], Input],
+        make: Callable[[], FrameSource],
         demand: Demand,
         statistics: Statistics,
         log: ReasonLog,
@@ -54,10 +54,10 @@ class Intake:
         # Whoever activates the node may do so on another thread than the timer's.
         self._lock = threading.RLock()
         self._active = False
-        self._input: Input | None = None
+        self._input: FrameSource | None = None
 
     @property
-    def input(self) -> Input | None:
+    def input(self) -> FrameSource | None:
         """What is open at present."""
         return self._input
 
@@ -66,7 +66,7 @@ class Intake:
         """Why an active node takes no clouds, None where it does or is not active."""
         return self._demand.reason if self._active and self._input is None else None
 
-    def start(self) -> Input:
+    def start(self) -> FrameSource:
         """Open the input, whoever wants it: who subscribes may not be known yet.
 
         Raises
@@ -113,9 +113,9 @@ class Intake:
         except Exception as error:  # of the middleware, which may have room again the next time
             self._log.throttled("input_not_opened", f"cannot listen to clouds: {type(error).__name__}: {error}")
         else:
-            self._logger.info(f"clouds are wanted: listening to {self._input.topic}")
+            self._logger.info(f"{self._input.what} are wanted: listening to {self._input.topic}")
 
-    def _open(self) -> Input:
+    def _open(self) -> FrameSource:
         self._statistics.restart()
         self._demand.missed = False
         return self._make()

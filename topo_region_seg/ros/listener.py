@@ -43,7 +43,7 @@ class Listener:
         self._executor.add_node(self._node)
         for topic, kind in topics.items():
             self._node.create_subscription(
-                _message_class(kind), topic, partial(on_message, topic), QoSProfile(depth=DEPTH), raw=True
+                message_class(kind), topic, partial(on_message, topic), QoSProfile(depth=DEPTH), raw=True
             )
 
     def spin(self, until: Callable[[], bool], timeout: float) -> bool:
@@ -70,7 +70,7 @@ class Listener:
         rclpy.try_shutdown(context=self._context)
 
 
-def _message_class(name: str) -> Any:
+def message_class(name: str) -> Any:
     """Return the class of a type such as ``std_msgs/msg/UInt32``."""
     package, folder, kind = name.split("/")
     return getattr(import_module(f"{package}.{folder}"), kind)

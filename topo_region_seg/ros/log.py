@@ -45,8 +45,11 @@ class ReasonLog:
         self._last: dict[str, float] = {}
         self._held_back: dict[str, int] = {}
 
-    def throttled(self, reason: str, text: str) -> None:
-        """Warn, unless the same reason was warned of less than a period ago; the next warning tells how many."""
+    def throttled(self, reason: str, text: str | Callable[[], str]) -> None:
+        """Warn, unless the same reason was warned of less than a period ago; the next warning tells how many.
+
+        A callable is called for the text only where there is a warning.
+        """
         with self._lock:
             now = time.monotonic()
             if now - self._last.get(reason, float("-inf")) < self._period():
@@ -55,7 +58,7 @@ class ReasonLog:
             self._last[reason] = now
             held_back = self._held_back.pop(reason, 0)
         more = f" (and {held_back} more since the last warning)" if held_back else ""
-        self._logger.warning(f"[{reason}] {text}{more}")
+        self._logger.warning(f"[{reason}] {text if isinstance(text, str) else text()}{more}")
 
     def told(self, reason: str, text: str) -> None:
         """Say something that is no trouble, unless the same reason was told or warned of before."""

@@ -16,6 +16,22 @@ class NodeParams(ParameterTable):
     autostart: bool = parameter(
         True, "configure and activate the node at start; false = wait for the lifecycle services", live=False
     )
+    input: str = parameter(
+        "points",
+        "what the node subscribes to, read at activation: clouds on `points`, or depth images on `depth/image` with "
+        "`depth/camera_info` and, where color counts, `color/image`",
+        choices=("points", "depth"),
+    )
+    depth_transport: str = parameter(
+        "raw",
+        "how depth images come, read at activation: as they are, or packed on `depth/image/compressedDepth`",
+        choices=("raw", "compressedDepth"),
+    )
+    color_transport: str = parameter(
+        "raw",
+        "how color images come, read at activation: as they are, or packed on `color/image/compressed`",
+        choices=("raw", "compressed"),
+    )
     on_request: bool = parameter(
         False, "clouds are processed only when the service ~/segment_once asks for it, not for who subscribes"
     )
@@ -39,6 +55,28 @@ class NodeParams(ParameterTable):
         unit="s",
         low=0.0,
         high=3600.0,
+    )
+    sensor_frame: str = parameter(
+        "",
+        "frame of the sensor, for clouds in another frame: its place comes from TF, read at activation; needs tf2_ros; "
+        "empty = sensor_pose, or as the cloud shows",
+    )
+    base_frame: str = parameter(
+        "",
+        "frame of the robot, from TF, read at activation: `up` (by default its z) and `crop_box` are in it; "
+        "empty = they are in the frame of the clouds",
+    )
+    output_frame: str = parameter(
+        "",
+        "frame that clouds are moved to by TF before all else, and that all output is in, read at activation; "
+        "empty = that of the input",
+    )
+    transform_timeout: float = parameter(
+        0.1,
+        "how long a frame waits for its transforms before it is rejected, read at activation",
+        unit="s",
+        low=0.0,
+        high=1.0,
     )
     inactive_timeout: float = parameter(
         120.0,

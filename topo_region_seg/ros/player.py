@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes recorded clouds as a camera would: raw messages, at their times, once somebody listens."""
+"""Publishes recorded clouds or images as a camera would: raw messages, at their times, once somebody listens."""
 
 from __future__ import annotations
 
 import signal
 import struct
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
 
 import rclpy
 from rclpy.duration import Duration
@@ -17,14 +18,19 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.ros.listener import message_class
 from topo_region_seg.ros.memory import keep_freed_memory
 from topo_region_seg.ros.transport import SHARED_MEMORY, fast_dds, prepare_fast_dds
 
-Clouds = Callable[[], Iterator[tuple[int, bytes]]]
-"""Starts over at each call; yields (time in ns, CDR bytes)."""
+Images = Mapping[str, bytes]
+"""What a camera sends at one time, CDR bytes by topic."""
+Clouds = Callable[[], Iterator[tuple[int, bytes | Images]]]
+"""Starts over at each call; yields (time in ns, CDR bytes of a cloud, or images)."""
+T = TypeVar("T")
 
+CLOUD = "sensor_msgs/msg/PointCloud2"
+PACKINGS = ("compressedDepth", "compressed")
 DEPTH = 5
 ACKNOWLEDGE_TIMEOUT = 5.0
 """How long to wait at the end for the last clouds to be received, seconds."""
@@ -58,6 +64,8 @@ class Playback:
         Start when this many subscribe.
     wait_timeout : float
         Longest wait for them, seconds.
+    images : mapping of str to str
+        Topics of images and their types; `topic` is one of them. Empty for clouds.
     """
 
     topic: str
@@ -68,6 +76,7 @@ class Playback:
     stamp_now: bool = False
     wait_for: int = 1
     wait_timeout: float = float("inf")
+    images: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -110,10 +119,16 @@ def play(
     try:
         node = Node("topo_region_seg_player")
         policy = ReliabilityPolicy.RELIABLE if playback.reliable else ReliabilityPolicy.BEST_EFFORT
-        publisher = node.create_publisher(PointCloud2, playback.topic, QoSProfile(depth=DEPTH, reliability=policy))
+        publishers = {
+            topic: node.create_publisher(
+                message_class(kind), _remapped(node, topic), QoSProfile(depth=DEPTH, reliability=policy)
+            )
+            for topic, kind in (playback.images or {playback.topic: CLOUD}).items()
+        }
+        publisher = publishers[playback.topic]
         _wait_for_subscribers(node, publisher, playback, report)
         for data in _at_their_times(node, clouds, playback, report):
-            publisher.publish(_stamped(node, data) if playback.stamp_now else data)
+            _send(node, publishers, data if isinstance(data, Mapping) else {playback.topic: data}, playback.stamp_now)
             published += 1
             heard = heard or publisher.get_subscription_count() > 0
             step()
@@ -130,6 +145,18 @@ def play(
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rclpy.try_shutdown()
     return Played(published, unheard)
+
+
+def _remapped(node: Node, topic: str) -> str:
+    """Return the name of a topic; where image_transport packs, the name before that is remapped."""
+    base, _, packing = topic.rpartition("/")
+    return f"{node.resolve_topic_name(base)}/{packing}" if packing in PACKINGS else topic
+
+
+def _send(node: Node, publishers: Mapping[str, Publisher], messages: Images, stamp_now: bool) -> None:
+    now = node.get_clock().now().seconds_nanoseconds() if stamp_now else None
+    for topic, data in messages.items():
+        publishers[topic].publish(data if now is None else _stamped(data, *now))
 
 
 def _why_unheard(publisher: Publisher, playback: Playback, heard: bool) -> str | None:
@@ -170,7 +197,9 @@ def _wait_for_subscribers(node: Node, publisher: Publisher, playback: Playback, 
         rclpy.spin_once(node, timeout_sec=0.05)
 
 
-def _at_their_times(node: Node, clouds: Clouds, playback: Playback, report: Callable[[str], None]) -> Iterator[bytes]:
+def _at_their_times(
+    node: Node, clouds: Callable[[], Iterator[tuple[int, T]]], playback: Playback, report: Callable[[str], None]
+) -> Iterator[T]:
     """Yield each cloud when it is due; the next one is read before the wait, so that reading does not delay it."""
     while True:
         start = time.monotonic()
@@ -188,9 +217,9 @@ def _at_their_times(node: Node, clouds: Clouds, playback: Playback, report: Call
 
 
 def _pauses(
-    clouds: Iterable[tuple[int, bytes]], playback: Playback, report: Callable[[str], None]
-) -> Iterator[tuple[float, bytes]]:
-    """Yield the time to wait before each cloud, seconds, and its bytes; times that go back are no wait."""
+    clouds: Iterable[tuple[int, T]], playback: Playback, report: Callable[[str], None]
+) -> Iterator[tuple[float, T]]:
+    """Yield the time to wait before each cloud, seconds, and its data; times that go back are no wait."""
     last: int | None = None
     for count, (log_time, data) in enumerate(clouds):
         pause = 0.0 if last is None else max(0.0, (log_time - last) * 1e-9)
@@ -217,8 +246,7 @@ def _sleep_until(node: Node, due: float) -> None:
         time.sleep(min(left, 0.1))
 
 
-def _stamped(node: Node, data: bytes) -> bytes:
-    """Return the message with the present time in its header, which lies first, after 4 bytes of encapsulation."""
-    sec, nanosec = node.get_clock().now().seconds_nanoseconds()
+def _stamped(data: bytes, sec: int, nanosec: int) -> bytes:
+    """Return the message with another time in its header, which lies first, after 4 bytes of encapsulation."""
     order = "<" if data[1] & 1 else ">"
     return data[:4] + struct.pack(f"{order}iI", sec, nanosec) + data[12:]

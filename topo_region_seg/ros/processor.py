@@ -6,36 +6,30 @@ from __future__ import annotations
 
 import time
 import traceback
-from dataclasses import dataclass, field
+from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
-from sensor_msgs.msg import PointCloud2
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
-from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.layout import CloudFormatError
 from topo_region_seg.pipeline import MissingColorError, Pipeline
 from topo_region_seg.ros.demand import Demand
+from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.segment_once import SegmentOnce
 from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.transforms import Transforms, in_frame
 
 ASKED_FOR = frozenset({"thinned"})
 """Notices of what a parameter asks for: said once, and no reason to warn in the diagnostics."""
 
 
-@dataclass(frozen=True)
-class Frame:
-    """A message and when it arrived (monotonic clock, seconds)."""
-
-    msg: PointCloud2
-    arrived: float = field(default_factory=time.monotonic)
-
-
 class FrameProcessor:
     """Decode, segment and publish one frame after the other.
 
-    `pipeline` may be replaced at any time; a frame is processed by the one that was there when it began.
+    `pipeline` may be replaced at any time; a frame is processed by the one that was there when it began. `transforms`
+    place the clouds, where parameters ask for them; None else.
     """
 
     def __init__(
@@ -49,6 +43,7 @@ class FrameProcessor:
         log: ReasonLog,
     ) -> None:
         self.pipeline = pipeline
+        self.transforms: Transforms | None = None
         self._context = node.context
         self._clock = node.get_clock()
         self._logger = node.get_logger()
@@ -87,21 +82,24 @@ class FrameProcessor:
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
         started = time.monotonic()
-        cloud = decode(
-            frame.msg,
+        cloud = frame.decode(
             max_points=pipeline.params.point_limit,
             warn=self._log.once,
             needs_color=pipeline.needs_color,
         )
+        msg, frame_id = frame.msg, frame.msg.header.frame_id
+        if self.transforms is not None:
+            cloud, frame_id = self.transforms.place(cloud, msg.header)
+            msg = in_frame(msg, frame_id)
         decoded = time.monotonic()
-        if not frame.msg.header.frame_id:
+        if not frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
-        stamp = frame.msg.header.stamp
+        stamp = msg.header.stamp
         seg = pipeline.run(cloud, self._notice)
         seconds = stamp.sec + 1e-9 * stamp.nanosec
-        seg = self._tracker.follow(cloud, seg, seconds, frame.msg.header.frame_id, self._notice)
+        seg = self._tracker.follow(cloud, seg, seconds, frame_id, self._notice)
         segmented = time.monotonic()
-        topics = self._outputs.publish(frame.msg, cloud, seg)
+        topics = self._outputs.publish(msg, cloud, seg)
         published = time.monotonic()
 
         stages = {"decode": 1e3 * (decoded - started), **seg.ms, "publish": 1e3 * (published - segmented)}
@@ -115,7 +113,7 @@ class FrameProcessor:
             points=len(cloud),
             regions=len(seg.regions),
             stamp=_stamp(frame.msg),
-            frame_id=frame.msg.header.frame_id,
+            frame_id=frame_id,
         )
         told = f"cloud {_stamp(frame.msg)}: {cloud.width}x{cloud.height} points, {len(seg.regions)} regions"
         times = ", ".join(f"{stage} {ms:.1f}" for stage, ms in stages.items())
@@ -124,7 +122,7 @@ class FrameProcessor:
         if not self._greeted:
             self._greeted = True
             self._logger.info(
-                f"first cloud answered: {cloud.width}x{cloud.height} points in frame '{frame.msg.header.frame_id}', "
+                f"first cloud answered: {cloud.width}x{cloud.height} points in frame '{frame_id}', "
                 f"{len(seg.regions)} regions, {latency:.0f} ms"
             )
 
@@ -141,5 +139,5 @@ class FrameProcessor:
         self._requests.finish(frame.arrived, False, f"{text} ({reason})")
 
 
-def _stamp(msg: PointCloud2) -> str:
+def _stamp(msg: Any) -> str:
     return f"{msg.header.stamp.sec}.{msg.header.stamp.nanosec:09d}"

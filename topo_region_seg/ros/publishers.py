@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from typing import Any
 
 from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import PointCloud2
 
 from topo_region_seg.cloud.messages.answer import Answer
 from topo_region_seg.cloud.messages.topics import OUTPUTS, Output
@@ -64,9 +64,13 @@ class Outputs:
         """Whether somebody subscribes to any of them."""
         return any(publisher.get_subscription_count() for _, publisher in self._publishers)
 
-    def publish(self, msg: PointCloud2, cloud: Cloud, seg: Segmentation) -> list[str]:
+    def publish(self, msg: Any, cloud: Cloud, seg: Segmentation) -> list[str]:
         """Make and publish what somebody subscribes to, from the frame `msg`; return the names of these topics."""
-        answer = Answer(msg, cloud, seg, self._pass_fields(), self._log.once)
+        passed = self._pass_fields()
+        if passed and not hasattr(msg, "fields"):
+            self._log.once("no_fields", "pass_fields has no effect: depth images have no other fields")
+            passed = ()
+        answer = Answer(msg, cloud, seg, passed, self._log.once)
         published = []
         for output, publisher in self._publishers:
             if publisher.get_subscription_count() and (message := output.make(self._types, answer)) is not None:

@@ -22,8 +22,8 @@ from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros import parameters
 from topo_region_seg.ros.demand import Demand
 from topo_region_seg.ros.diagnostics import Condition
-from topo_region_seg.ros.input import Input
-from topo_region_seg.ros.input_quality import FOLLOWED
+from topo_region_seg.ros.input import FrameSource
+from topo_region_seg.ros.inputs import open_input
 from topo_region_seg.ros.intake import STOP_SECONDS, Intake
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
@@ -34,6 +34,7 @@ from topo_region_seg.ros.qos_overrides import unused
 from topo_region_seg.ros.reporter import Reporter
 from topo_region_seg.ros.segment_once import SegmentOnce
 from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.transforms import Transforms
 from topo_region_seg.ros.warm_up import warm_up_kernels
 
 DEMAND_SECONDS = 0.1
@@ -46,7 +47,7 @@ RECOVERY = "recovery"
 
 
 class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyped
-    """Segment every cloud on `points`, the newest first.
+    """Segment every cloud on `points`, or what depth images show, the newest first.
 
     Unconfigured: parameters, diagnostics and the service `~/segment_once`. Inactive: also compiled kernels and the
     output topics. Active: also, while clouds are wanted, the subscription and the worker thread.
@@ -133,10 +134,12 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
                 raise RuntimeError("not configured")
             super(RegionSegmentation, self).on_activate(state)
             self._processor.forget()
+            if Transforms.wanted(self._node_params):
+                self._processor.transforms = Transforms(self, self._node_params)
             source = self._intake.start()
             self._warn_of_unused_overrides(source)
             self._due_since = None
-            self.get_logger().info(f"active: waiting for clouds on {source.topic}")
+            self.get_logger().info(f"active: waiting for {source.what} on {source.topic}")
 
         return self._transition("activate", activate, undo=self._close_input)
 
@@ -198,10 +201,10 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             self._reporter.wait_until_heard()
         self.context.try_shutdown()
 
-    def _warn_of_unused_overrides(self, source: Input) -> None:
+    def _warn_of_unused_overrides(self, source: FrameSource) -> None:
         if not self._warned_of_overrides:
             self._warned_of_overrides = True
-            for line in unused(self, [source.quality.override(kind) for kind in FOLLOWED]):
+            for line in unused(self, source.possible_overrides):
                 self.get_logger().warning(line)
 
     def _survive_invalid_transitions(self) -> None:
@@ -224,10 +227,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         """Label of the present lifecycle state."""
         return str(self._state_machine.current_state[1])
 
-    def _make_input(self) -> Input:
+    def _make_input(self) -> FrameSource:
         assert self._processor is not None
-        reliability = self._node_params.input_reliability
-        return Input(self, self._processor.process, self._statistics, self._log, reliability)
+        return open_input(self, self._processor, self._statistics, self._log, self._node_params)
 
     def _refusal(self) -> str | None:
         """Return why no cloud can be processed at present."""
@@ -236,6 +238,9 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
     def _close_input(self) -> None:
         if self._intake is not None and not self._intake.close():
             self.get_logger().warning(f"the last frame did not end within {STOP_SECONDS:.0f} s")
+        if self._processor is not None and self._processor.transforms is not None:
+            self._processor.transforms.close()
+            self._processor.transforms = None
         self._requests.give_up("the node was deactivated")
 
     def _take_down(self) -> None:
@@ -267,6 +272,8 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._node_params = parameters.read(self, NodeParams)
         if self._processor is not None and self._processor.pipeline.params != self._params:
             self._processor.pipeline = Pipeline(self._params)
+            if self._intake is not None and self._intake.input is not None:
+                self._intake.input.follow_publishers()  # color may count now, or no more
         after = {**self._params.as_dict(), **self._node_params.as_dict()}
         changed = [f"{name} = {value}" for name, value in after.items() if value != before[name]]
         if changed:

@@ -17,7 +17,7 @@ from rclpy.qos import QoSProfile
 
 from topo_region_seg.ros.advice import advice
 from topo_region_seg.ros.diagnostics import Condition, diagnostics
-from topo_region_seg.ros.input import Input
+from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.statistics import Statistics
 
@@ -54,7 +54,7 @@ class Reporter:
             qos_overriding_options=overriding(node, "/diagnostics", "publisher"),
         )
 
-    def report(self, condition: Condition, source: Input | None) -> None:
+    def report(self, condition: Condition, source: FrameSource | None) -> None:
         """Publish the figures of this moment, compared with those of the last reports.
 
         `source` is the input of a node that listens.
@@ -72,11 +72,12 @@ class Reporter:
         silent = condition.silent(now)
         if silent and source is not None and (text := advice(self._node, source, heard)) != self._advised:
             # Again where the advice changes, as when a camera has come up on another topic.
-            self._node.get_logger().warning(f"no clouds on {source.topic} for {now.idle:.0f} s{text}")
+            self._node.get_logger().warning(f"no {source.what} on {source.topic} for {now.idle:.0f} s{text}")
             self._advised = text
         if self._advised is not None and not silent:
             if condition.state == "active" and condition.asleep is None:
-                self._node.get_logger().info("clouds are coming in")
+                what = "clouds" if source is None else source.what
+                self._node.get_logger().info(f"{what} are coming in")
             self._advised = None
 
     def wait_for_listeners(self) -> None:

@@ -13,7 +13,14 @@ from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.params import Params
 
 
-def crop(xyz: npt.NDArray[np.floating], sensor: FloatArray, params: Params, *, any_range: bool = False) -> IntArray:
+def crop(
+    xyz: npt.NDArray[np.floating],
+    sensor: FloatArray,
+    params: Params,
+    *,
+    any_range: bool = False,
+    base: tuple[float, ...] | None = None,
+) -> IntArray:
     """Return the rows of `xyz` (N, 3), metres, that are valid, within range and inside the crop box.
 
     Parameters
@@ -26,6 +33,9 @@ def crop(xyz: npt.NDArray[np.floating], sensor: FloatArray, params: Params, *, a
         Uses `min_range`, `max_range`, `drop_zeros`, `crop_box` and `crop_box_pose`.
     any_range : bool
         Whether points at any distance are kept.
+    base : tuple of 7 floats, optional
+        Pose of the frame that the crop box is in, as :class:`~topo_region_seg.data.Cloud` has it; without it that of
+        the positions.
 
     Returns
     -------
@@ -34,11 +44,14 @@ def crop(xyz: npt.NDArray[np.floating], sensor: FloatArray, params: Params, *, a
     """
     near, far = (0.0, np.inf) if any_range else (params.min_range, params.max_range)
     rows = rows_in_range(xyz, sensor, near, far, params.drop_zeros)
-    return rows[_inside_box(xyz[rows], params)] if params.crop_box else rows
+    return rows[_inside_box(xyz[rows], params, base)] if params.crop_box else rows
 
 
-def _inside_box(xyz: npt.NDArray[np.floating], params: Params) -> BoolArray:
+def _inside_box(xyz: npt.NDArray[np.floating], params: Params, base: tuple[float, ...] | None) -> BoolArray:
     points = xyz.astype(np.float64)
+    if base is not None:
+        w, x, y, z = base[3:]
+        points = Rotation.from_quat([x, y, z, w]).inv().apply(points - np.array(base[:3]))
     if params.crop_box_pose:
         position, angles = params.crop_box_pose[:3], params.crop_box_pose[3:]
         points = Rotation.from_euler("xyz", angles).inv().apply(points - np.array(position))

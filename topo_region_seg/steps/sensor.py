@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the sensor is: distances, the near side of a plane and the direction of normals are seen from there."""
+"""Where the sensor is, from where distances, the near side of a plane and normals are seen, and which way is up."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.params import Params
@@ -14,6 +15,8 @@ from topo_region_seg.steps.view.resection import camera_pose
 
 UNSET = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 """Pose that files hold by default."""
+NEAR = 0.05
+"""Distance, metres, up to which a pose and the camera that an image grid shows are of one sensor."""
 MAP = 10.0
 """Extents of a cloud from its nearest edge beyond which the origin is no place from which a sensor saw it."""
 
@@ -41,10 +44,30 @@ def known_sensor(cloud: Cloud, params: Params) -> Sensor | None:
     the pose put that.
     """
     pose = params.sensor_pose or (None if cloud.sensor_pose == UNSET else cloud.sensor_pose)
-    if pose is not None and np.isfinite(pose[:3]).all():
-        return Sensor(np.array(pose[:3], np.float64), None)
     camera = camera_pose(cloud)
+    if pose is not None and np.isfinite(pose[:3]).all():
+        position = np.array(pose[:3], np.float64)
+        there = camera is not None and float(np.linalg.norm(camera.center - position)) < NEAR
+        return Sensor(position, camera.axes if camera is not None and there else None)
     return None if camera is None else Sensor(camera.center, camera.axes)
+
+
+def up_direction(cloud: Cloud, params: Params) -> FloatArray | None:
+    """Return the unit vector (3,) of up in the frame of a cloud; None if it is not known.
+
+    Where the base frame is known the parameter is a direction in it, by default its z.
+    """
+    if not params.up and cloud.base_pose is None:
+        return None
+    up = np.array(params.up or (0.0, 0.0, 1.0), np.float64)
+    up /= float(np.linalg.norm(up))
+    return up if cloud.base_pose is None else turn_of(cloud.base_pose).apply(up)
+
+
+def turn_of(pose: tuple[float, ...]) -> Rotation:
+    """Return the rotation of a pose x, y, z, w, x, y, z."""
+    w, x, y, z = pose[3:]
+    return Rotation.from_quat([x, y, z, w])
 
 
 def position_above_map(xyz: FloatArray) -> FloatArray | None:

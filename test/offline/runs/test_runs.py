@@ -15,6 +15,7 @@ from mcap.reader import make_reader
 from places import SIMULATED
 
 from topo_region_seg import Params, __version__
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.offline.bags import BagError, BagWriter, open_bag
 from topo_region_seg.offline.bags.attachments import read_attachment
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cloud_topic, decode_message
@@ -22,7 +23,6 @@ from topo_region_seg.offline.cli.main import main
 from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
 from topo_region_seg.offline.runs.run import open_run
 from topo_region_seg.offline.runs.truth import quality, truth_of_run
-from topo_region_seg.offline.stamps import stamp_of
 
 SIM = SIMULATED
 

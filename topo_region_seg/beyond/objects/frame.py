@@ -26,7 +26,13 @@ from topo_region_seg.steps.view.scene import BEHIND, FREE, Scene, Surface
 
 
 def frame_scene(
-    xyz: FloatArray, rows: IntArray, height: int, width: int, params: Params, sensor: Sensor | None
+    xyz: FloatArray,
+    rows: IntArray,
+    height: int,
+    width: int,
+    params: Params,
+    sensor: Sensor | None,
+    up: FloatArray | None,
 ) -> tuple[Scene, Support] | None:
     """Return the scene of a frame and its support; None if its points are no camera's.
 
@@ -42,6 +48,8 @@ def frame_scene(
         Uses `remove_floor`, `floor_min_extent`, `floor_seed` and `object_floor_distance`.
     sensor : Sensor or None
         Where it is known to be, so that there is no doubt about it.
+    up : (3,) float64 or None
+        Unit vector, where it is known.
     """
     axes = None if sensor is None else sensor.axes
     if axes is None:
@@ -54,7 +62,7 @@ def frame_scene(
         return None
     surfaces = find_surfaces(grid, model, params.floor_min_extent, params.floor_seed) if params.remove_floor else []
     least, exact = params.object_floor_distance, params.differs("object_floor_distance")
-    scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes)
+    scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes, up=up)
     largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
     if largest is not None and sensor is None and (scene.support is None or scene.support is largest):
         judged = _judged(scene, largest)

@@ -12,6 +12,7 @@ from typing import Any
 from topo_region_seg.beyond.boxes.oriented import OrientedBoxes, oriented_boxes
 from topo_region_seg.data import Cloud
 from topo_region_seg.segmentation import Segmentation
+from topo_region_seg.steps.sensor import up_direction
 
 
 def _ignore(code: str, text: str) -> None:
@@ -49,5 +50,5 @@ class Answer:
 
     @cached_property
     def boxes(self) -> OrientedBoxes:
-        """The oriented boxes of the regions."""
-        return oriented_boxes(self.seg)
+        """The oriented boxes of the regions, upright where up is known."""
+        return oriented_boxes(self.seg, up_direction(self.cloud, self.seg.params))

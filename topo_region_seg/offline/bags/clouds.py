@@ -4,12 +4,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 from rosbags.typesys import get_types_from_msg
 
 from topo_region_seg.cloud.layout import CHANNELS, COORDINATES, CloudFormatError
+from topo_region_seg.offline.bags.decoding import decode_record, recorded_cdr
+from topo_region_seg.offline.bags.image_topics import has_images, image_topics
+from topo_region_seg.offline.bags.images import ImageRecord, ImageTopic, image_records
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.types import typestore
 
@@ -21,7 +26,8 @@ def cloud_topic(reader: BagReader, wanted: str | None = None) -> Topic:
     """Return the topic of the clouds to segment.
 
     Without `wanted` it is the only topic of point clouds; if there are several, the only one whose clouds have x, y
-    and z; of several such, the only one that is not labeled yet; of several such, the only one with color.
+    and z; of several such, the only one that is not labeled yet; of several such, the only one with color. Where no
+    cloud has x, y and z it is the topic of depth images, whose clouds are made as the node makes them.
 
     Raises
     ------
@@ -32,15 +38,27 @@ def cloud_topic(reader: BagReader, wanted: str | None = None) -> Topic:
     clouds = [topic for topic in reader.topics if topic.type == POINT_CLOUD and topic.count]
     if wanted is not None:
         return _wanted(reader, clouds, wanted)
+    fields = {topic.name: _fields(reader, topic) for topic in clouds} if len(clouds) > 1 or has_images(reader) else {}
+    # A recording of images may have clouds of other things beside them, such as of true labels.
+    only_others = bool(fields) and not any(map(_has_coordinates, fields.values()))
+    if (only_others or not clouds) and (image := _image_topic(reader)):
+        return image
     if not clouds:
         raise BagError(f"{reader.path}: {why_no_clouds(reader)}")
     if len(clouds) > 1:
-        fields = {topic.name: _fields(reader, topic) for topic in clouds}
         for keep in (_has_coordinates, _is_unlabeled, _has_color):
             clouds = [topic for topic in clouds if keep(fields[topic.name])] or clouds
     if len(clouds) > 1:
         raise BagError(f"{reader.path}: has several topics of clouds; choose one: {_options(clouds)}")
     return clouds[0]
+
+
+def cloud_topics(reader: BagReader) -> list[Topic]:
+    """Return all topics of clouds, and those of depth images where no cloud has x, y and z."""
+    clouds: list[Topic] = [topic for topic in reader.topics if topic.type == POINT_CLOUD and topic.count]
+    if has_images(reader) and not any(_has_coordinates(_fields(reader, topic)) for topic in clouds):
+        clouds += image_topics(reader)
+    return clouds
 
 
 def why_no_clouds(reader: BagReader) -> str:
@@ -60,22 +78,23 @@ def why_no_clouds(reader: BagReader) -> str:
     return f"has no clouds ({POINT_CLOUD}); it holds {other}"
 
 
+def cloud_records(reader: BagReader, topic: Topic) -> Iterator[Record]:
+    """Iterate over the clouds of a topic, or over its depth images with what belongs to each."""
+    return image_records(reader, topic) if isinstance(topic, ImageTopic) else reader.messages([topic.name])
+
+
 def cdr(record: Record) -> bytes:
-    """Return the CDR bytes of a cloud, converted where the recording is of ROS 1.
+    """Return the CDR bytes of a cloud, converted where the recording is of ROS 1, or made where it is of images.
 
     Raises
     ------
     CloudFormatError
-        The bytes are no ROS 1 message of this type, or the encoding is neither (`undecodable`).
+        The bytes are no ROS 1 message of this type, or the encoding is neither (`undecodable`); or there is no cloud of
+        the images.
     """
-    if record.encoding == "cdr":
-        return record.data
-    if record.encoding != "ros1":
-        raise CloudFormatError("undecodable", f"encoding {record.encoding!r} is neither cdr nor ros1")
-    try:
-        return bytes(typestore().ros1_to_cdr(record.data, record.type))
-    except Exception as error:  # any byte may be wrong, so any conversion may fail
-        raise _undecodable(error) from error
+    if isinstance(record, ImageRecord):
+        return bytes(typestore().serialize_cdr(record.message(), POINT_CLOUD))
+    return recorded_cdr(record)
 
 
 def decode_message(record: Record, topic: Topic) -> Any:
@@ -85,28 +104,32 @@ def decode_message(record: Record, topic: Topic) -> Any:
     ------
     CloudFormatError
         The recorded type has another layout than that of ROS 2 Jazzy (`schema_mismatch`), or the bytes are no such
-        message (`undecodable`).
+        message (`undecodable`); or there is no cloud of the images.
     """
+    if isinstance(record, ImageRecord):
+        return record.message()
     if topic.definition and not _same_layout(topic.definition):
         raise CloudFormatError("schema_mismatch", f"the recorded definition of {POINT_CLOUD} is not that of ROS 2")
-    try:
-        return typestore().deserialize_cdr(cdr(record), POINT_CLOUD)
-    except CloudFormatError:
-        raise
-    except Exception as error:  # as above
-        raise _undecodable(error) from error
+    return decode_record(replace(record, type=POINT_CLOUD))
 
 
-def _undecodable(error: Exception) -> CloudFormatError:
-    reason = " ".join(str(error).split()) or type(error).__name__
-    return CloudFormatError("undecodable", f"not a serialized {POINT_CLOUD}: {reason}")
+def _image_topic(reader: BagReader) -> ImageTopic | None:
+    topics = image_topics(reader)
+    if len(topics) > 1:
+        raise BagError(f"{reader.path}: has several topics of depth images; choose one: {_options(topics)}")
+    return topics[0] if topics else None
 
 
 def _wanted(reader: BagReader, clouds: list[Topic], wanted: str) -> Topic:
     for topic in clouds:
         if topic.name.lstrip("/") == wanted.lstrip("/"):
             return topic
-    advice = f"choose one of: {_options(clouds)}" if clouds else "it has no clouds"
+    images = image_topics(reader, every=True) if has_images(reader) else []
+    for image in images:
+        if image.name.lstrip("/") == wanted.lstrip("/"):
+            return image
+    others = [*clouds, *images]
+    advice = f"choose one of: {_options(others)}" if others else "it has no clouds"
     for topic in reader.topics:
         if topic.name.lstrip("/") == wanted.lstrip("/"):
             what = f"of type {topic.type}" if topic.type != POINT_CLOUD else "empty"
@@ -114,7 +137,7 @@ def _wanted(reader: BagReader, clouds: list[Topic], wanted: str) -> Topic:
     raise BagError(f"{reader.path}: has no topic {wanted}; {advice}")
 
 
-def _options(clouds: list[Topic]) -> str:
+def _options(clouds: Sequence[Topic]) -> str:
     return ", ".join(f"--topic {topic.name}" for topic in clouds)
 
 

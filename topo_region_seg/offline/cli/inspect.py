@@ -6,13 +6,9 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
-
-if TYPE_CHECKING:
-    from topo_region_seg.offline.bags import BagReader, Topic
 
 SAMPLES = 5
 
@@ -40,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Read the recording, print what was found, and write what was asked for."""
     from topo_region_seg.offline.bags import open_bag
-    from topo_region_seg.offline.bags.clouds import cloud_topic
+    from topo_region_seg.offline.bags.clouds import cloud_topic, cloud_topics
     from topo_region_seg.offline.cli import inspect_text
     from topo_region_seg.offline.cli.console import check_writable, loading_kernels, note, output, progress, write_whole
     from topo_region_seg.offline.inspection.topic import TopicInspector
@@ -51,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     with open_bag(args.bag) as reader:
         # Which topic the parameters are for has to be known before the work.
         wanted = cloud_topic(reader, args.topic) if args.topic or args.params_out else None
-        topics = [wanted] if wanted else _clouds(reader)
+        topics = [wanted] if wanted else cloud_topics(reader)
         reports = []
         with loading_kernels(), progress("inspecting", None) as step:
             for topic in topics:
@@ -77,12 +73,6 @@ def run(args: argparse.Namespace) -> int:
         if problems or any(report.unreadable for report in reports):
             return status.FAILED
         return status.TRUNCATED if reader.truncated else status.DONE
-
-
-def _clouds(reader: BagReader) -> list[Topic]:
-    from topo_region_seg.offline.bags.clouds import POINT_CLOUD
-
-    return [topic for topic in reader.topics if topic.type == POINT_CLOUD and topic.count]
 
 
 def _count(text: str) -> int:

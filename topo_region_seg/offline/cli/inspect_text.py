@@ -19,6 +19,7 @@ from rich.table import Table
 
 from topo_region_seg.offline.bags import BagReader
 from topo_region_seg.offline.bags.clouds import why_no_clouds
+from topo_region_seg.offline.bags.images import ImageTopic
 from topo_region_seg.offline.inspection.suggest import Advice
 from topo_region_seg.offline.inspection.summary import PointSummary, summarize
 from topo_region_seg.offline.inspection.topic import NANOSECONDS, Layout, TopicReport
@@ -112,6 +113,8 @@ def _cloud_lines(report: TopicReport) -> Iterator[str]:
     if report.out_of_order:
         text += f", {report.out_of_order} out of order by their stamps"
     yield f"{report.topic.name}: {text}"
+    if isinstance(report.topic, ImageTopic):
+        yield f"  {report.topic}"
     for layout, count in shown:
         yield f"  {'' if len(report.layouts) == 1 else f'{count} times '}{_layout(layout)}"
     if len(report.layouts) > len(shown):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``play``: a recording's clouds, published in ROS."""
+"""``play``: a recording's clouds or images, published in ROS."""
 
 from __future__ import annotations
 
@@ -8,9 +8,13 @@ import argparse
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
+
+if TYPE_CHECKING:
+    from topo_region_seg.offline.bags.images import ImageTopic
 
 DEFAULT_TOPIC = "points"
 """What region_segmentation_node listens to unless it is remapped."""
@@ -23,8 +27,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--remap-to",
         metavar="TOPIC",
-        default=DEFAULT_TOPIC,
-        help=f"topic to publish on (default: {DEFAULT_TOPIC}, the node's input)",
+        help=f"topic to publish clouds on (default: {DEFAULT_TOPIC}, the node's input)",
+    )
+    parser.add_argument(
+        "--as-clouds",
+        action="store_true",
+        help="publish the clouds of a recording of depth images, in place of the images",
     )
     speed = parser.add_mutually_exclusive_group()
     speed.add_argument("--rate", type=_positive, default=1.0, help="speed as a factor of the recorded one (default: 1)")
@@ -41,31 +49,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Publish the clouds."""
+    """Publish the clouds, or the images that they are made of."""
     from topo_region_seg.cloud.pointcloud2 import CloudFormatError
     from topo_region_seg.offline.bags import open_bag
-    from topo_region_seg.offline.bags.clouds import cdr, cloud_topic
+    from topo_region_seg.offline.bags.clouds import cdr, cloud_records, cloud_topic
+    from topo_region_seg.offline.bags.images import ImageRecord, ImageTopic
     from topo_region_seg.offline.cli.console import note, progress
 
     with open_bag(args.bag) as reader:
         topic = cloud_topic(reader, args.topic)
         try:
-            from topo_region_seg.ros.player import NobodySubscribedError, Playback, play
+            from topo_region_seg.ros.player import Images, NobodySubscribedError, Playback, play
         except ImportError as error:
             raise ToolError(
                 f"rclpy cannot be imported ({error}); run pip install '.[ros]', or source /opt/ros/jazzy/setup.bash"
             ) from None
+        images = {}
+        if isinstance(topic, ImageTopic) and not args.as_clouds:
+            if args.remap_to:
+                raise ToolError("--remap-to is for clouds; use --ros-args -r depth/image:=TOPIC, or give --as-clouds")
+            images = image_names(topic)
         failed: list[str] = []
 
-        def clouds() -> Iterator[tuple[int, bytes]]:
-            for record in reader.messages([topic.name]):
+        def clouds() -> Iterator[tuple[int, bytes | Images]]:
+            for record in cloud_records(reader, topic):
                 try:
-                    yield record.log_time, cdr(record)
+                    if images and isinstance(record, ImageRecord):
+                        yield record.log_time, {images[part.topic]: cdr(part) for part in record.parts}
+                    else:
+                        yield record.log_time, cdr(record)
                 except CloudFormatError as error:
                     failed.append(f"{args.bag}: cloud of log time {record.log_time}: {error}")
 
         playback = Playback(
-            topic=args.remap_to,
+            topic=images[topic.name] if images else args.remap_to or DEFAULT_TOPIC,
             rate=args.rate,
             hz=args.hz,
             loop=args.loop,
@@ -73,20 +90,31 @@ def run(args: argparse.Namespace) -> int:
             stamp_now=args.stamp == "now",
             wait_for=args.wait_for,
             wait_timeout=args.wait_timeout,
+            images={images[part.name]: part.type for part in reader.topics if part.name in images},
         )
         with progress("publishing", None if args.loop else topic.count) as step:
             try:
                 played = play(clouds, playback, report=note, step=step, ros_arguments=args.ros_arguments)
             except NobodySubscribedError as error:
                 raise ToolError(f"{args.bag}: {error}; start the node first, or give --wait-for 0") from None
-        count = f"{played.published} cloud{'' if played.published == 1 else 's'}"
+        what = "depth image" if images else "cloud"
+        count = f"{played.published} {what}{'' if played.published == 1 else 's'}"
         but = f", but {played.unheard}" if played.unheard else ""
-        note(f"published {count} of {topic.name} on {args.remap_to}{but}")
+        note(f"published {count} of {topic.name} on {playback.topic}{but}")
         for line in (*dict.fromkeys(failed), *reader.problems):
             note(f"left out: {line}")
         if failed or reader.problems or played.unheard:
             return status.FAILED
         return status.TRUNCATED if reader.truncated else status.DONE
+
+
+def image_names(topic: ImageTopic) -> dict[str, str]:
+    """Return where each recorded topic of a camera is published: on the node's inputs, packed as it was recorded."""
+    from topo_region_seg.offline.bags.image_topics import packing
+
+    names = {topic.name: f"depth/image{packing(topic.name)}", topic.info: "depth/camera_info"}
+    names[topic.color] = f"color/image{packing(topic.color)}"
+    return {recorded: name for recorded, name in names.items() if recorded}
 
 
 def _positive(text: str) -> float:

@@ -52,8 +52,9 @@ def run(args: argparse.Namespace) -> int:
     """Replay the recording, print a summary and write what was asked for."""
     from topo_region_seg.offline.bags import open_bag
     from topo_region_seg.offline.bags.clouds import cloud_topic
-    from topo_region_seg.offline.cli.console import check_writable, loading_kernels, output, progress, write_whole
-    from topo_region_seg.offline.cli.replay_output import ReplayOutput, asked_for
+    from topo_region_seg.offline.bags.images import ImageTopic
+    from topo_region_seg.offline.cli.console import check_writable, loading_kernels, note, output, progress, write_whole
+    from topo_region_seg.offline.cli.replay_output import ReplayOutput, asked_for, input_topic
     from topo_region_seg.offline.cli.replay_run import Replay
     from topo_region_seg.offline.cli.tables import timing_table
     from topo_region_seg.pipeline import warm_up
@@ -67,7 +68,9 @@ def run(args: argparse.Namespace) -> int:
     with open_bag(args.bag) as reader:
         topic = cloud_topic(reader, args.topic)
         _check_apart(args.bag, args.output)
-        extra = topic.name if args.with_input else None
+        if isinstance(topic, ImageTopic):
+            note(f"{topic.name}: {topic}")
+        extra = input_topic(topic) if args.with_input else None
         with ReplayOutput(args.output, also=also, input_topic=extra, compression=args.compression) as results:
             with loading_kernels():
                 warm_up()

@@ -14,7 +14,9 @@ from topo_region_seg.cloud.messages.answer import Answer
 from topo_region_seg.cloud.messages.topics import OUTPUTS
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cdr
-from topo_region_seg.offline.bags.records import Record
+from topo_region_seg.offline.bags.image_topics import base_name
+from topo_region_seg.offline.bags.images import ImageTopic
+from topo_region_seg.offline.bags.records import Record, Topic
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.bags.writer import BagWriter
 from topo_region_seg.offline.cli.status import ToolError
@@ -38,6 +40,11 @@ def asked_for(names: Sequence[str], everything: bool) -> tuple[str, ...]:
         if name not in (*ALWAYS, *ON_REQUEST):
             raise ToolError(f"--also {name}: no such output; choose from {', '.join(ON_REQUEST)}")
     return ON_REQUEST if everything else tuple(wanted)
+
+
+def input_topic(topic: Topic) -> str:
+    """Return the topic that recorded clouds are written to: their own, or one beside that of depth images."""
+    return f"{base_name(topic.name).rpartition('/')[0]}/points" if isinstance(topic, ImageTopic) else topic.name
 
 
 class ReplayOutput:

@@ -16,8 +16,9 @@ from typing import Any
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.pointcloud2 import decode
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import Cloud
-from topo_region_seg.offline.bags.clouds import decode_message
+from topo_region_seg.offline.bags.clouds import cloud_records, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.cli.console import Steps, note
@@ -25,7 +26,7 @@ from topo_region_seg.offline.cli.interrupt import stop_request
 from topo_region_seg.offline.cli.overlap import finish_behind, read_ahead
 from topo_region_seg.offline.cli.replay_output import ReplayOutput
 from topo_region_seg.offline.frames import INTERNAL_ERROR, FrameResult, Rejection, rounded
-from topo_region_seg.offline.stamps import seconds, stamp_of
+from topo_region_seg.offline.stamps import seconds
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.segmentation import Segmentation
@@ -88,7 +89,7 @@ class Replay:
                     return
 
     def _inputs(self) -> Iterator[_Input]:
-        for record in self.reader.messages([self.topic.name]):
+        for record in cloud_records(self.reader, self.topic):
             yield self._decode(record)
 
     def _decode(self, record: Record) -> _Input:

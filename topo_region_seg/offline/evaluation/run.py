@@ -15,9 +15,10 @@ import numpy as np
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
-from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.offline.bags.clouds import cloud_records, cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
@@ -27,7 +28,7 @@ from topo_region_seg.offline.evaluation.source import Source, Task
 from topo_region_seg.offline.evaluation.truth import TruthInOrder, find_truth
 from topo_region_seg.offline.evaluation.version import program_version
 from topo_region_seg.offline.frames import Rejection, rounded
-from topo_region_seg.offline.stamps import seconds, stamp_of
+from topo_region_seg.offline.stamps import seconds
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline, warm_up
 
@@ -106,7 +107,7 @@ def _evaluate(
     sensor = SensorFrame(reader)
     label = _Recorded(limit) if source.recorded else _Segmented(task.params, result)
     ordered = TruthInOrder(truth, reader, topic)
-    records = reader.messages([topic.name])
+    records = cloud_records(reader, topic)
     for record in islice(records, task.first):
         ordered.skip(record)
     for record in islice(records, None if task.end is None else task.end - task.first):

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import LabelArray
 from topo_region_seg.offline.bags import open_bag
-from topo_region_seg.offline.bags.clouds import POINT_CLOUD, decode_message
+from topo_region_seg.offline.bags.clouds import POINT_CLOUD, cloud_records, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.evaluation.labels import has_labels, labels_of
 from topo_region_seg.offline.evaluation.source import Source
 from topo_region_seg.offline.frames import Rejection
-from topo_region_seg.offline.stamps import seconds, stamp_of
+from topo_region_seg.offline.stamps import seconds
 
 TRUTH_TOPIC = "/ground_truth/labels"
 """Where truth is looked for unless a topic is asked for."""
@@ -136,7 +137,7 @@ class TruthInOrder:
         self._clouds: Counter[int] | None = None
         self.repeated = 0
         if isinstance(truth, RecordedTruth) and truth.repeats:
-            records = reader.messages([topic.name])
+            records = cloud_records(reader, topic)
             self._clouds = Counter(stamp for record in records if (stamp := self._stamp(record)) is not None)
 
     def of(self, msg: Any) -> LabelArray | None:

@@ -13,7 +13,7 @@ import numpy as np
 from topo_region_seg.cloud.layout import COORDINATES
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.data import Cloud
-from topo_region_seg.offline.bags.clouds import decode_message
+from topo_region_seg.offline.bags.clouds import cloud_records, decode_message
 from topo_region_seg.offline.bags.records import BagReader, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.inspection.points import PointFigures, point_figures
@@ -103,7 +103,7 @@ class TopicInspector:
     def look(self, reader: BagReader) -> TopicReport:
         """Read all messages and return the findings."""
         sensor = SensorFrame(reader)
-        for number, record in enumerate(reader.messages([self._topic.name])):
+        for number, record in enumerate(cloud_records(reader, self._topic)):
             self._report.log_times.append(record.log_time)
             try:
                 msg = decode_message(record, self._topic)

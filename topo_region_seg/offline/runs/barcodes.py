@@ -13,14 +13,15 @@ import numpy as np
 
 from topo_region_seg.cloud.layout import check_field
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import FloatArray, LabelArray
 from topo_region_seg.offline.bags import open_bag
-from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
+from topo_region_seg.offline.bags.clouds import cloud_records, cloud_topic, decode_message
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.runs.pairing import StampCounts
 from topo_region_seg.offline.runs.run import Run
-from topo_region_seg.offline.stamps import StampQueue, seconds, stamp_of
+from topo_region_seg.offline.stamps import StampQueue, seconds
 from topo_region_seg.pipeline import MissingColorError, Pipeline, warm_up
 
 BARCODE = "/barcode"
@@ -109,7 +110,7 @@ def _messages(
     places = StampQueue(frame.stamp for frame in run.record.frames)
     with open_bag(path) as reader:
         topic = cloud_topic(reader, name)
-        for record in reader.messages([topic.name]):
+        for record in cloud_records(reader, topic):
             try:
                 msg = decode_message(record, topic)
             except CloudFormatError:

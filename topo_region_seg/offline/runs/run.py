@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import BoolArray, Cloud, LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.attachments import read_attachment
@@ -20,7 +21,7 @@ from topo_region_seg.offline.bags.records import BagError
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.frames import FrameResult
 from topo_region_seg.offline.runs.record import RECORD_NAME, RunRecord
-from topo_region_seg.offline.stamps import StampQueue, seconds, stamp_of
+from topo_region_seg.offline.stamps import StampQueue, seconds
 from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.params import Params
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError
+from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.data import LabelArray
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD, decode_message
@@ -16,7 +17,7 @@ from topo_region_seg.offline.evaluation.measures import AS_LABELED, Measures, Tr
 from topo_region_seg.offline.evaluation.truth import TRUTH_TOPIC, RecordedTruth, no_truth
 from topo_region_seg.offline.runs.pairing import StampCounts
 from topo_region_seg.offline.runs.run import Run, RunFrame
-from topo_region_seg.offline.stamps import ordinals, stamp_of
+from topo_region_seg.offline.stamps import ordinals
 
 
 class RunTruth:

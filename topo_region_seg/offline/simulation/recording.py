@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of clouds with their truth, in the layout of an RGB-D driver."""
+"""Recordings of clouds or images with their truth, in the layout of an RGB-D driver."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.bags.clouds import POINT_CLOUD
 from topo_region_seg.offline.bags.types import bag_types
 from topo_region_seg.offline.bags.writer import BagWriter
+from topo_region_seg.offline.simulation.camera import Camera
+from topo_region_seg.offline.simulation.images import IMAGE_TOPICS, image_messages
 
 CLOUD_TOPIC = "/camera/depth/points"
 TRUTH_TOPIC = "/ground_truth/labels"
@@ -32,8 +34,11 @@ def write_recording(
     period: float = 0.1,
     start: int = START,
     frame_id: str = FRAME_ID,
+    camera: Camera | None = None,
+    clouds: bool = True,
+    depth_encoding: str = "16UC1",
 ) -> int:
-    """Write clouds and the true labels of their points to a recording.
+    """Write clouds, or the images of a camera, and the true labels of their points to a recording.
 
     Parameters
     ----------
@@ -47,6 +52,12 @@ def write_recording(
         Stamp of the first frame, nanoseconds.
     frame_id : str
         The sensor's frame.
+    camera : Camera, optional
+        Also write the depth images, color images and camera_info of this camera, which has seen all frames.
+    clouds : bool
+        Whether to write the clouds.
+    depth_encoding : str
+        "16UC1" or "32FC1".
 
     Returns
     -------
@@ -60,7 +71,10 @@ def write_recording(
     """
     count = 0
     with BagWriter(path) as bag:
-        bag.add_topic(CLOUD_TOPIC, POINT_CLOUD)
+        if clouds:
+            bag.add_topic(CLOUD_TOPIC, POINT_CLOUD)
+        for topic, kind in IMAGE_TOPICS.items() if camera else ():
+            bag.add_topic(topic, kind)
         bag.add_topic(TRUTH_TOPIC, POINT_CLOUD)
         for count, (cloud, labels) in enumerate(frames, start=1):
             stamp = start + round((count - 1) * period * 1e9)
@@ -68,7 +82,11 @@ def write_recording(
             truth = encode(
                 bag_types(), header, {"label": labels}, height=cloud.height, width=cloud.width, is_dense=True
             )
-            bag.write(CLOUD_TOPIC, stamp, camera_cloud(header, cloud))
+            if clouds:
+                bag.write(CLOUD_TOPIC, stamp, camera_cloud(header, cloud))
+            if camera:
+                for topic, image in image_messages(header, cloud, camera, depth_encoding):
+                    bag.write(topic, stamp, image)
             bag.write(TRUTH_TOPIC, stamp, truth)
     return count
 

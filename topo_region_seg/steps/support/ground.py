@@ -11,6 +11,7 @@ import numpy as np
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.order import order_of
 from topo_region_seg.data import FloatArray
+from topo_region_seg.steps.support.level import is_level
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.model import SensorModel
 from topo_region_seg.steps.view.scene import (
@@ -43,7 +44,14 @@ APART = 0.01
 
 
 def scene_of(
-    grid: ImageGrid, model: SensorModel, surfaces: list[Surface], least: float, *, exact: bool, axes: FloatArray
+    grid: ImageGrid,
+    model: SensorModel,
+    surfaces: list[Surface],
+    least: float,
+    *,
+    exact: bool,
+    axes: FloatArray,
+    up: FloatArray | None = None,
 ) -> Scene:
     """Return the scene with the surface as support that most carries what is seen.
 
@@ -61,9 +69,12 @@ def scene_of(
         Whether that height was set, and holds at every depth.
     axes : (3, 3) float64
         The camera's axes.
+    up : (3,) float64, optional
+        Unit vector. Only level surfaces, seen from above, carry things then.
     """
     classes = np.where(np.isfinite(grid.depth), FREE, NOTHING).astype(np.uint8)
-    support = max(surfaces, key=lambda surface: _rank(surface, axes[1]), default=None)
+    level = [surface for surface in surfaces if is_level(surface.normal, up)]
+    support = max(level, key=lambda surface: _rank(surface, axes[1] if up is None else -up), default=None)
     if support is not None and support.share + support.front <= 2.0 * support.through:
         support = None
     margin = None

@@ -18,13 +18,19 @@ FIRST = 128
 
 @kernel
 def best_hypothesis(
-    xyz: FloatArray, triples: IntArray, distance: FloatArray, fewest: float, miss: float
+    xyz: FloatArray,
+    triples: IntArray,
+    distance: FloatArray,
+    fewest: float,
+    miss: float,
+    axis: FloatArray,
+    level: float,
 ) -> tuple[FloatArray, float, int]:
     """Return normal (3,), offset (m) and inliers of the plane through a triple with most points on it.
 
     Triples are drawn until a plane with more points, or with the `fewest` (N) that count, is missed with at most the
     probability `miss`. On it are those within their `distance` (N,), m. The points (N, 3) are in no particular order,
-    so that the first of them stand for all.
+    so that the first of them stand for all. The cosine of the angle between normal and `axis` (3,) is at least `level`.
     """
     n = len(xyz)
     first = min(FIRST, n)
@@ -43,6 +49,8 @@ def best_hypothesis(
         if not length > 0.0:
             continue
         u, v, w = u / length, v / length, w / length
+        if abs(u * axis[0] + v * axis[1] + w * axis[2]) < level:
+            continue
         offset = -(u * p[0] + v * p[1] + w * p[2])
         inliers = 0
         for i in range(first):

@@ -13,6 +13,7 @@ from topo_region_seg.compiled.sampling import sample_rows
 from topo_region_seg.data import FloatArray, Plane
 from topo_region_seg.steps.support.hypotheses import best_hypothesis, plane_moments
 from topo_region_seg.steps.support.judgement import Judged, judge
+from topo_region_seg.steps.support.level import ANY_WAY, NEARLY_LEVEL, is_level
 
 SAMPLE = 2_000
 """About how many points hypotheses are drawn from and judged by."""
@@ -56,7 +57,13 @@ NO_SUPPORT = Support(None, None)
 
 
 def find_support(
-    xyz: FloatArray, distance: float, min_extent: float, seed: int, *, sensor_known: bool = False
+    xyz: FloatArray,
+    distance: float,
+    min_extent: float,
+    seed: int,
+    *,
+    sensor_known: bool = False,
+    up: FloatArray | None = None,
 ) -> Support:
     """Find the plane that carries the objects.
 
@@ -80,6 +87,8 @@ def find_support(
     sensor_known : bool
         Whether the place of the sensor was given, so that there is no doubt about it: points of several sensors may lie
         where one of them could not see them.
+    up : (3,) float64, optional
+        Unit vector. Only level planes, seen from above, carry things then; walls and ceilings do not.
 
     Returns
     -------
@@ -96,12 +105,13 @@ def find_support(
         if len(rest) < fewest:
             break
         triples = np.random.default_rng(seed).integers(0, len(rest), (MOST_HYPOTHESES, 3))
-        normal, offset, inliers = best_hypothesis(rest, triples, np.full(len(rest), distance), fewest, MISS)
+        given = rest, triples, np.full(len(rest), distance), fewest, MISS
+        normal, offset, inliers = best_hypothesis(*given, *((ANY_WAY, 0.0) if up is None else (up, NEARLY_LEVEL)))
         if inliers < fewest:
             break
         normal, offset = fitted(rest, normal, offset, distance)
         found = judge(sample, normal, offset, distance, min_extent)
-        if found is not None:
+        if found is not None and is_level(found.normal, up):
             if not sensor_known and speaks_against_sensor(found):
                 return Support(None, found)
             if not found.seen_through and (best is None or found.rank > best.rank):

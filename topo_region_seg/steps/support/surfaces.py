@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull, QhullError
 from topo_region_seg.data import BoolArray, FloatArray
 from topo_region_seg.steps.support.footprints import outside_polygon, seen_around, weighed_scatter
 from topo_region_seg.steps.support.hypotheses import best_hypothesis
+from topo_region_seg.steps.support.level import ANY_WAY
 from topo_region_seg.steps.support.search import MISS
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.model import SensorModel
@@ -60,7 +61,7 @@ def find_surfaces(grid: ImageGrid, model: SensorModel, min_extent: float, seed: 
         some = generator.choice(rest, min(len(rest), SAMPLE), replace=False)
         triples = generator.integers(0, len(some), (HYPOTHESES, 3))
         sample = np.ascontiguousarray(points[some])
-        normal, offset, inliers = best_hypothesis(sample, triples, near[some], 3.0, MISS)
+        normal, offset, inliers = best_hypothesis(sample, triples, near[some], 3.0, MISS, ANY_WAY, 0.0)
         if inliers < 3:
             break
         some = rest[:: max(1, len(rest) // FITTED)]
