@@ -7,12 +7,10 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
@@ -25,6 +23,7 @@ from topo_region_seg.ros.diagnostics import Condition
 from topo_region_seg.ros.input import FrameSource
 from topo_region_seg.ros.inputs import open_input
 from topo_region_seg.ros.intake import STOP_SECONDS, Intake
+from topo_region_seg.ros.invalid_transitions import refuse_invalid_transitions
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.parameter_names import unknown
@@ -94,7 +93,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._report, clock=steady)
         self.create_timer(DEMAND_SECONDS, self._follow_demand, clock=steady)
-        self._survive_invalid_transitions()
+        refuse_invalid_transitions(self)
 
     def autostart(self) -> None:
         """Configure and activate on a thread of its own, unless the parameter `autostart` is false.
@@ -206,21 +205,6 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             self._warned_of_overrides = True
             for line in unused(self, source.possible_overrides):
                 self.get_logger().warning(line)
-
-    def _survive_invalid_transitions(self) -> None:
-        # rclpy lets the error of a transition that the present state does not have end the whole process.
-        service = self._service_change_state
-        change_state = service.callback
-
-        def answer(request: Any, response: Any) -> Any:
-            try:
-                return change_state(request, response)
-            except rclpy_implementation.RCLError:
-                self.get_logger().warning(f"transition refused: not possible in state '{self.state}'")
-                response.success = False
-                return response
-
-        service.callback = answer
 
     @property
     def state(self) -> str:
