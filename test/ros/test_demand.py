@@ -42,7 +42,10 @@ class Scene:
             raise OSError("no room")
         self.opened.append("open")
         return SimpleNamespace(
-            topic="/points", hears_the_past=self.latched, close=lambda timeout: self.opened.append("closed") or True
+            what="clouds",
+            topic="/points",
+            hears_the_past=self.latched,
+            close=lambda timeout: self.opened.append("closed") or True,
         )
 
     def declined(self, at: float | None = None) -> str | None:
