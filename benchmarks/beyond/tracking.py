@@ -63,7 +63,6 @@ WITHOUT = {
     "without overlap": Variant(replaced=((matching, "LEAST_OVERLAP", FAR),)),
     "without motion": Variant(replaced=((Tracks, "expected_centers", lambda tracks: tracks.center),)),
     "without color": Variant(replaced=((matching, "COLOR_REACH", FAR),)),
-    "without size": Variant(replaced=((matching, "SIZE_REACH", FAR),)),
     "without memory": Variant(replaced=((tracker, "MEMORY", 0),)),
 }
 """What a tracker is denied to see what it brings."""

@@ -206,7 +206,7 @@ FORMS = {
     "index": Form("an index is unsigned", ("records", "tree", *WALKS, *FILTRATIONS), _signed_index),
     "borrowed": Form("references to arrays are not counted", ("supervoxels", *FILTRATIONS), _counted_arrays),
     "inlined": Form("functions are compiled into their callers", (*WALKS, *FILTRATIONS), _calls),
-    "summing": Form("sums are taken in any order", ("support", "normals", "grooves", "supervoxels"), _sums_in_order),
+    "summing": Form("sums are taken in any order", ("support", "normals", "grooves"), _sums_in_order),
     "single precision": Form("leaves are sieved in single precision first", FILTRATIONS, _no_sieve),
     "vector sieve": Form("the sieve takes eight points at once", FILTRATIONS, _plain_sieve),
     "trailing zeros": Form(

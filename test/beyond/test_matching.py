@@ -13,16 +13,16 @@ from topo_region_seg.beyond.tracking.steady_borders import regions_at_rest, with
 from topo_region_seg.beyond.tracking.tracks import Tracks
 from topo_region_seg.data import RegionTable
 
-Looks = tuple[list[float], list[float], int]  # center (m), mean color, points
+Looks = tuple[list[float], list[float]]  # center (m), mean color
 
 
 def table_of(looks: list[Looks]) -> RegionTable:
     n = len(looks)
-    center, lab, size = (np.array(column, np.float64) for column in zip(*looks, strict=True))
+    center, lab = (np.array(column, np.float64) for column in zip(*looks, strict=True))
     label = np.arange(1, n + 1, dtype=np.uint32)
     return RegionTable(
         label=label,
-        size=size.astype(np.int64),
+        size=np.full(n, 1000),
         centroid=center,
         minimum=center,
         maximum=center,
@@ -45,27 +45,25 @@ def points(*shares: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
 
 
 APART = points((1, 0, 50), (0, 1, 50))
-HERE, GRAY, SIZE = [0.0, 0.0, 1.0], [50.0, 0.0, 0.0], 1000
-WITHIN = [([0.099, 0, 1], GRAY, SIZE), (HERE, [50, 19.8, 0], SIZE), (HERE, [69.8, 0, 0], SIZE), (HERE, GRAY, 1980)]
-WITHIN += [(HERE, GRAY, 510), ([0.06, 0, 1], [50, 0, 12], SIZE), ([0, -0.05, 1.05], [60, 0, 0], 1400)]
-BEYOND = [([0.101, 0, 1], GRAY, SIZE), (HERE, [50, 20.2, 0], SIZE), (HERE, [29.8, 0, 0], SIZE), (HERE, GRAY, 2020)]
-BEYOND += [(HERE, GRAY, 495), ([0.08, 0, 1], [50, 0, 16], SIZE), ([0, -0.06, 1.06], [65, 0, 0], 1500)]
+HERE, GRAY = [0.0, 0.0, 1.0], [50.0, 0.0, 0.0]
+WITHIN = [([0.099, 0, 1], GRAY), (HERE, [50, 19.8, 0]), (HERE, [69.8, 0, 0]), ([0.06, 0, 1], [50, 0, 12])]
+BEYOND = [([0.101, 0, 1], GRAY), (HERE, [50, 20.2, 0]), (HERE, [29.8, 0, 0]), ([0.08, 0, 1], [50, 0, 16])]
 
 
 @pytest.mark.parametrize(
     ("looks", "known"), [*((looks, True) for looks in WITHIN), *((looks, False) for looks in BEYOND)]
 )
 def test_what_overlaps_nothing_goes_on_with_what_is_near_and_alike(looks: Looks, known: bool) -> None:
-    """Place, color and size together: one tenth of a meter, 20 dE or a doubling is too far, and so is their sum."""
-    assert matched(table_of([looks]), tracks_of([(HERE, GRAY, SIZE)]), *APART).tolist() == [0 if known else -1]
+    """Place and color together: one tenth of a meter or 20 dE is too far, and so is their sum."""
+    assert matched(table_of([looks]), tracks_of([(HERE, GRAY)]), *APART).tolist() == [0 if known else -1]
 
 
 @pytest.mark.parametrize(("common", "known"), [(10, True), (9, False)])
 def test_a_tenth_in_common_is_an_overlap_whatever_they_look_like(common: int, known: bool) -> None:
     """Of 100 points that the first ones have together; the rest of each is a small part of something large."""
     shares = points((1, 1, common), (1, 2, 40), (3, 2, 1000), (2, 1, 60 - common), (2, 3, 1000))
-    far: list[Looks] = [([x, 0.0, 1.0], [x, 0.0, 0.0], 1000) for x in (9.0, 30.0, 60.0)]
-    found = matched(table_of([(HERE, GRAY, 10), *far[1:]]), tracks_of(far), *shares)
+    far: list[Looks] = [([x, 0.0, 1.0], [x, 0.0, 0.0]) for x in (9.0, 30.0, 60.0)]
+    found = matched(table_of([(HERE, GRAY), *far[1:]]), tracks_of(far), *shares)
     assert found.tolist() == [0 if known else -1, 2, 1]
 
 
@@ -80,7 +78,6 @@ def test_matching_is_by_overlap_then_by_the_highest_sum_of_overlap_and_likeness(
             (
                 (rng.normal(size=3) * 0.04 * wide).tolist(),
                 (50 + 6 * wide * rng.normal(size=3)).tolist(),
-                int(1000 * 1.5 ** rng.uniform(-wide, wide)),
             )
             for _ in range(count)
         ]
@@ -96,8 +93,8 @@ def test_matching_is_by_overlap_then_by_the_highest_sum_of_overlap_and_likeness(
         union = np.count_nonzero(known | (before == j + 1))
         share = float(np.count_nonzero(known & old) / union) if union else 0.0
         overlap[i, j] = share if share >= 0.1 else 0.0
-        (p, c, s), (q, d, t) = here[i], there[j]
-        far = np.linalg.norm([*(np.subtract(p, q) / 0.1), *(np.subtract(c, d) / 20.0), np.log2(s / t)])
+        (p, c), (q, d) = here[i], there[j]
+        far = np.linalg.norm([*(np.subtract(p, q) / 0.1), *(np.subtract(c, d) / 20.0)])
         if far < 1.0 or overlap[i, j]:
             score[i, j] = max(0.0, 1.0 - far) + overlap[i, j]
     wanted = np.full(n, -1)
@@ -111,8 +108,8 @@ def test_matching_is_by_overlap_then_by_the_highest_sum_of_overlap_and_likeness(
 
 
 def test_a_region_goes_on_with_one_of_the_four_that_are_nearest() -> None:
-    there: list[Looks] = [([0.01 * place, 0.0, 1.0], GRAY, SIZE) for place in range(5)]
-    last: Looks = ([-0.03, 0.0, 1.0], GRAY, SIZE)
+    there: list[Looks] = [([0.01 * place, 0.0, 1.0], GRAY) for place in range(5)]
+    last: Looks = ([-0.03, 0.0, 1.0], GRAY)
     apart = points((1, 0, 50), (0, 1, 50))
     assert matched(table_of([*there[:3], last]), tracks_of(there), *apart).tolist() == [0, 1, 2, 3]
     assert matched(table_of([*there[:4], last]), tracks_of(there), *apart).tolist() == [0, 1, 2, 3, -1]

@@ -283,12 +283,3 @@ def test_regions_that_change_places_between_frames_are_told_apart_by_color(color
     moved = (16, 24, 15, 23, colors[0]), (16, 24, 2, 10, colors[1])
     after = tracker.follow(*frame(*moved), 1.0)
     assert [at(after, box) for box in moved] == [at(before, first), at(before, second)]
-
-
-def test_regions_that_change_places_between_frames_are_told_apart_by_size() -> None:
-    tracker = Tracker()
-    large, small = (2, 14, 2, 14, 0), (2, 10, 20, 28, 0)
-    before = tracker.follow(*frame(large, small), 0.0)
-    moved = (16, 28, 18, 30, 0), (16, 24, 4, 12, 0)
-    after = tracker.follow(*frame(*moved), 1.0)
-    assert [at(after, box) for box in moved] == [at(before, large), at(before, small)]

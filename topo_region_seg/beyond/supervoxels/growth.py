@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.beyond.supervoxels.point_queue import bucket_of, least_bucket, new_queue, put_point, take_point
-from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel, summing
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray
 
 LANES = 12
@@ -120,7 +120,7 @@ def relax(patches, queue, point, owner, bound2):  # type: ignore[no-untyped-def]
             patches.best_patch[p] = owner
 
 
-@summing
+@kernel
 def difference(traits, mean, p, o):  # type: ignore[no-untyped-def]
     """Return the squared difference of a point's traits from a mean; a missing normal does not count."""
     difference, turn = np.float32(0.0), np.float32(0.0)

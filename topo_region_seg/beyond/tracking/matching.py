@@ -16,10 +16,8 @@ REACH = 0.1
 """Largest distance of a region's center from where it is expected, if it no longer overlaps where it was, metres."""
 COLOR_REACH = 20.0
 """Largest difference of mean colors of such a region, CIE76 dE."""
-SIZE_REACH = 1.0
-"""Largest difference of sizes of such a region, in doublings."""
 CANDIDATES = 4
-"""Regions in memory, nearest in place, color and size, that a region may go on with if it does not overlap them."""
+"""Regions in memory, nearest in place and color, that a region may go on with if it does not overlap them."""
 SETTLED = 0.5
 """Intersection over union above which a region goes on with another one whatever they look like."""
 LEAST_OVERLAP = 0.1
@@ -37,7 +35,7 @@ def matched(
     """Return for each region of a frame (R,) the row of `tracks` that it goes on with, or -1.
 
     First those that mostly overlap; then, from the highest down, by the sum of intersection over
-    union (0 to 1) and likeness (0 to 1) in place, color and size.
+    union (0 to 1) and likeness (0 to 1) in place and color.
 
     Parameters
     ----------
@@ -121,12 +119,12 @@ def _overlapping(
 
 
 def _looks(table: RegionTable, tracks: Tracks) -> tuple[FloatArray, FloatArray]:
-    """Return place, color and size of the regions of a frame (R, 7) and of those in memory (T, 7), in reaches."""
+    """Return place and color of the regions of a frame (R, 6) and of those in memory (T, 6), in reaches."""
     color, old_color = table.mean_lab, tracks.lab
     if np.isnan(color).any() or np.isnan(old_color).any():
         color, old_color = np.zeros_like(color), np.zeros_like(old_color)
-    now = table.centroid / REACH, color / COLOR_REACH, np.log2(table.size)[:, None] / SIZE_REACH
-    before = tracks.expected_centers() / REACH, old_color / COLOR_REACH, np.log2(tracks.size)[:, None] / SIZE_REACH
+    now = table.centroid / REACH, color / COLOR_REACH
+    before = tracks.expected_centers() / REACH, old_color / COLOR_REACH
     return np.hstack(now), np.hstack(before)
 
 

@@ -28,8 +28,6 @@ class Tracks:
         How far they moved from one frame to the next, metres; zeros for those seen in one frame only.
     lab : (T, 3) float64
         Their mean color, CIELAB; NaN without color.
-    size : (T,) int64
-        Their numbers of points.
     lost : (T,) int64
         For how many frames they have not been seen.
     """
@@ -38,14 +36,13 @@ class Tracks:
     center: FloatArray
     step: FloatArray
     lab: FloatArray
-    size: IntArray
     lost: IntArray
 
     @classmethod
     def none(cls) -> Tracks:
         """Return the memory of a stream that has not begun."""
         points, counts = np.zeros((0, 3)), np.zeros(0, np.int64)
-        return cls(np.zeros(0, np.uint32), points, points, points, counts, counts)
+        return cls(np.zeros(0, np.uint32), points, points, points, counts)
 
     def __len__(self) -> int:
         return len(self.label)
@@ -61,7 +58,6 @@ class Tracks:
             self.center[chosen],
             self.step[chosen],
             self.lab[chosen],
-            self.size[chosen],
             self.lost[chosen],
         )
 
@@ -71,7 +67,7 @@ class Tracks:
         old = match[known]
         step = np.zeros((len(table), 3))
         step[known] = (table.centroid[known] - self.center[old]) / (self.lost[old, None] + 1)
-        return Tracks(label, table.centroid, step, table.mean_lab, table.size, np.zeros(len(table), np.int64))
+        return Tracks(label, table.centroid, step, table.mean_lab, np.zeros(len(table), np.int64))
 
     def lost_since(self, match: IntArray) -> Tracks:
         """Return the regions that none of a frame's is matched with, those lost for longest first, then by label."""
