@@ -41,11 +41,12 @@ def ros_domain(warm_kernels: None) -> Iterator[int]:
 @pytest.fixture(autouse=True)
 def transports_as_before() -> Iterator[None]:
     """What a command that is run inside of this process sets for Fast DDS ends with the test."""
-    name = "FASTRTPS_DEFAULT_PROFILES_FILE"
-    before = os.environ.get(name)
+    names = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+    set_before = [name for name in names if name in os.environ]
     yield
-    if before is None:
-        os.environ.pop(name, None)
+    for name in names:
+        if name not in set_before:
+            os.environ.pop(name, None)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import pytest
 
 from topo_region_seg.ros import transport
 from topo_region_seg.ros.dead_segments import YOUNG, remove_dead_segments
-from topo_region_seg.ros.transport import VARIABLE, prepare_fast_dds
+from topo_region_seg.ros.transport import VARIABLES, prepare_fast_dds
 
 DEAD, ALIVE, NEW = "fastrtps_0123456789abcdef", "fastrtps_fedcba9876543210", "fastdds_00000000000000aa"
 OTHERS = ["fastrtps_port7411", "fastrtps_port7411_el", "fastrtps_0123456789abcdeff_el", "sem.x_mutex", "mine_el"]
@@ -84,10 +84,11 @@ def test_it_is_said_and_the_room_counts(tmp_path: Path, monkeypatch: pytest.Monk
 def test_other_middlewares_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(transport, "SHARED_MEMORY", tmp_path)
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
-    monkeypatch.delenv(VARIABLE, raising=False)
+    for name in VARIABLES:
+        monkeypatch.delenv(name, raising=False)
     made(tmp_path, DEAD)
     assert prepare_fast_dds() == []
-    assert VARIABLE not in os.environ
+    assert not set(VARIABLES) & set(os.environ)
     assert f"{DEAD}_el" in names(tmp_path)
 
 

@@ -7,8 +7,10 @@ from __future__ import annotations
 import platform
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from places import ROOT
 
 CLOUDS, BYTES = 30, 10_000_000
 PROGRAM = f"""
@@ -42,3 +44,28 @@ def test_the_memory_of_a_cloud_is_reused() -> None:
         return int(done.stdout)
 
     assert cleared_pages("keep") < cleared_pages("as it is") / 5
+
+
+RELEASE = """
+from pathlib import Path
+import numba
+from topo_region_seg.ros import memory
+
+def pages():
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("RssFile:")[1].split()[0])
+
+add = numba.njit(lambda a, b: a + b)
+assert add(1, 2) == 3
+before = pages()
+memory.release_compiler()
+after = pages()
+assert numba.njit(lambda a, b: a * b)(3, 4) == 12 and add(3, 4) == 7
+print(before - after)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="needs Linux's /proc")
+def test_the_pages_of_the_compiler_are_released_and_it_still_compiles() -> None:
+    done = subprocess.run([sys.executable, "-c", RELEASE], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert int(done.stdout) > 10_000, "kB"

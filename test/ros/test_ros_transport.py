@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import pytest
 
 from topo_region_seg.ros import transport
-from topo_region_seg.ros.transport import PROFILES, SEGMENT, VARIABLE, use_shared_memory_for_clouds
+from topo_region_seg.ros.transport import PROFILES, SEGMENT, TRANSPORTS, VARIABLES, use_shared_memory_for_clouds
 
 
 @pytest.fixture(autouse=True)
@@ -38,18 +38,19 @@ def test_as_many_processes_are_found_as_without_it() -> None:
 def test_it_is_used_where_nothing_else_is_chosen() -> None:
     environment: dict[str, str] = {}
     assert use_shared_memory_for_clouds(environment) is None
-    assert environment == {VARIABLE: str(PROFILES)}
+    assert environment == dict.fromkeys(VARIABLES, str(PROFILES))
 
 
-@pytest.mark.parametrize("name", [VARIABLE, "FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS"])
+@pytest.mark.parametrize("name", [*VARIABLES, TRANSPORTS])
 def test_what_the_user_has_set_stays(name: str) -> None:
     environment = {name: "mine"}
     assert name in str(use_shared_memory_for_clouds(environment))
     assert environment == {name: "mine"}
 
 
-def test_the_profiles_of_the_folder_stay(tmp_path: Path) -> None:
-    (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text("<dds/>")
+@pytest.mark.parametrize("name", ["DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml"])
+def test_the_profiles_of_the_folder_stay(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("<dds/>")
     environment: dict[str, str] = {}
     assert str(tmp_path) in str(use_shared_memory_for_clouds(environment))
     assert environment == {}
@@ -58,7 +59,7 @@ def test_the_profiles_of_the_folder_stay(tmp_path: Path) -> None:
 def test_a_container_with_little_shared_memory_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_bavail=(2 * SEGMENT >> 12) - 1, f_frsize=1 << 12))
     environment: dict[str, str] = {}
-    assert "127 MB left" in str(use_shared_memory_for_clouds(environment))
+    assert f"{(2 * SEGMENT >> 20) - 1} MB left" in str(use_shared_memory_for_clouds(environment))
     assert environment == {}
 
 
@@ -80,13 +81,13 @@ def test_the_node_has_the_segment(
     monkeypatch.undo()
     free = os.statvfs("/dev/shm")
     if free.f_bavail * free.f_frsize < 2 * SEGMENT:
-        pytest.skip("less than 128 MB are left in /dev/shm")
+        pytest.skip("less than 64 MB are left in /dev/shm")
     if chosen:
         monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", chosen)
     with running_node(ros_domain, tmp_path / "log.txt", "-p", "autostart:=false") as node:
         node.wait_for_log("autostart is off")
         maps = Path(f"/proc/{node.process.pid}/maps").read_text()
-        mapped = re.findall(r"^(\w+)-(\w+) .*/dev/shm/fastrtps_\w+", maps, re.MULTILINE)
+        mapped = re.findall(r"^(\w+)-(\w+) .*/dev/shm/fast(?:rtps|dds)_\w+", maps, re.MULTILINE)
         largest = max(int(end, 16) - int(start, 16) for start, end in mapped)
         assert (largest >= SEGMENT) == (chosen is None)
         assert ("transports of Fast DDS left as they are" in node.log) == (chosen is not None)

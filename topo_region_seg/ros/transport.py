@@ -16,11 +16,12 @@ from topo_region_seg.ros.dead_segments import remove_dead_segments
 
 PROFILES = Path(__file__).with_name("fastdds.xml")
 """Settings of Fast DDS, also installed as share/topo_region_seg/config/fastdds.xml."""
-SEGMENT = 64 << 20
+SEGMENT = 32 << 20
 """Size of the segment that they ask for, bytes."""
-VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
-OTHERS = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTDDS_BUILTIN_TRANSPORTS")
-IN_FOLDER = "DEFAULT_FASTRTPS_PROFILES.xml"
+VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+"""What names the file: to Jazzy's Fast DDS 2, and to Kilted's Fast DDS 3. Neither reads the other's."""
+TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
+IN_FOLDER = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")
 SHARED_MEMORY = Path("/dev/shm")
 
 
@@ -57,11 +58,12 @@ def use_shared_memory_for_clouds(environment: MutableMapping[str, str] | None = 
         Why that was not done, None if it was.
     """
     environment = os.environ if environment is None else environment
-    for name in (VARIABLE, *OTHERS):
+    for name in (*VARIABLES, TRANSPORTS):
         if environment.get(name):
             return f"{name} is set"
-    if Path(IN_FOLDER).exists():
-        return f"{Path(IN_FOLDER).absolute()} is there"
+    for name in IN_FOLDER:
+        if Path(name).exists():
+            return f"{Path(name).absolute()} is there"
     try:
         room = os.statvfs(SHARED_MEMORY)
     except OSError as error:
@@ -72,5 +74,5 @@ def use_shared_memory_for_clouds(environment: MutableMapping[str, str] | None = 
             f"{SHARED_MEMORY} has {free >> 20} MB left, less than {2 * SEGMENT >> 20}; "
             "end processes that use it, or start the container with --shm-size=512m"
         )
-    environment[VARIABLE] = str(PROFILES)
+    environment.update(dict.fromkeys(VARIABLES, str(PROFILES)))
     return None

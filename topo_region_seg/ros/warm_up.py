@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 from rclpy.executors import ExternalShutdownException
 
-from topo_region_seg.beyond.boxes.oriented import warm_up_boxes
-from topo_region_seg.beyond.boxes.surfaces import warm_up_surfaces
 from topo_region_seg.compiled.cache import cache_folder
-from topo_region_seg.pipeline import warm_up
+from topo_region_seg.ros.kernels import fill_cache, load_kernels
+from topo_region_seg.ros.memory import release_compiler
 
 if TYPE_CHECKING:
     from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -22,14 +21,17 @@ if TYPE_CHECKING:
 PATIENCE = 2.0
 """Seconds after which it is clear that kernels are being compiled, not loaded from the cache."""
 
+FAREWELL = 0.3
+"""Seconds for the thread to end the process that compiles."""
+
 UNWRITABLE = "no folder can be written to; set NUMBA_CACHE_DIR to one"
 
 
 def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     """Compile or load the kernels, so that the first frame is as fast as the others.
 
-    Compilation takes long and cannot be interrupted, so it gets a thread of its own, which is left behind if
-    `wanted` becomes false.
+    Both take long and cannot be interrupted, so they get a thread of their own, which is left behind if `wanted`
+    becomes false.
 
     Raises
     ------
@@ -40,9 +42,10 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
 
     def work() -> None:
         try:
-            warm_up()
-            warm_up_boxes()
-            warm_up_surfaces()
+            fill_cache(wanted)
+            if wanted():
+                load_kernels()
+                release_compiler()
         except Exception as error:
             failure.append(error)
 
@@ -53,6 +56,7 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     while thread.is_alive():
         thread.join(0.05)
         if not wanted():
+            thread.join(FAREWELL)
             raise ExternalShutdownException
         if not told and time.monotonic() - started > PATIENCE:
             told = True

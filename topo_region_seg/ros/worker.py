@@ -57,6 +57,7 @@ class NewestWinsWorker(Generic[T]):
     def _run(self) -> None:
         while (item := self._take()) is not None:
             self._process(item)
+            del item  # or it would be kept while the next one is waited for
 
     def _take(self) -> T | None:
         with self._changed:

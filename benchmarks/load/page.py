@@ -1,0 +1,15 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page of the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from benchmarks import machine
+from benchmarks.load.run import Figures, Load
+from benchmarks.report import BUSY, table
+
+
+def page(loads: Sequence[Load], cameras: Sequence[Load], found: Mapping[str, Figures], busy: float) -> str:
+    return ""
