@@ -65,9 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 write_frames(frames, load.width, load.height)
             seconds = options.seconds if load in LOADS else min(options.seconds, CAMERA_SECONDS)
             run = found[load.name] = measure(load, frames, Path(folder), seconds, domain)
+            memory = ", ".join(f"{kind} {size:.0f}" for kind, size in run.memory.items())
             print(
-                f"{load.name}: {run.answered} of {run.sent} answered, {run.latency(0.5):.1f} ms, {run.cores:.2f} cores, "
-                f"{run.cpu_ms:.1f} ms of processor a frame, MB { ({k: round(v) for k, v in run.memory.items()}) }",
+                f"{load.name}: {run.answered} of {run.sent} answered, {run.latency(0.5):.1f} ms, "
+                f"{run.cores:.2f} cores, {run.cpu_ms:.1f} ms of processor a frame; MB: {memory}",
                 flush=True,
             )
     if not options.only:

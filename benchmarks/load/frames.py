@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The frames of a simulated camera over a tabletop, serialized, as clouds or as depth images with what belongs to them."""
+"""The frames of a simulated camera over a tabletop, serialized: clouds, and depth images with what belongs to them."""
 
 from __future__ import annotations
 

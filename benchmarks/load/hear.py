@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A listener in a process of its own: ``python -m benchmarks.load.hear DOMAIN FILE TOPIC=TYPE ...``.
 
-Once its input is closed it writes to FILE, as JSON: the latencies of each topic with a header, stamp to arrival, ms, and
-what the last diagnostics of each segmentation said.
+Once its input is closed it writes to FILE, as JSON: the latencies of each topic with a header, stamp to arrival, ms,
+and what the last diagnostics of each segmentation said.
 """
 
 from __future__ import annotations

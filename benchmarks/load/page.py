@@ -6,9 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from benchmarks import machine
 from benchmarks.load.run import Figures, Load
-from benchmarks.report import BUSY, table
 
 
 def page(loads: Sequence[Load], cameras: Sequence[Load], found: Mapping[str, Figures], busy: float) -> str:

@@ -32,10 +32,10 @@ class Scene:
                                    and self.requested_at <= arrived)  # fmt: skip
         outputs: Any = SimpleNamespace(wanted=lambda: self.subscribed)
         self.demand = Demand(outputs, requests, lambda: self.params)  # type: ignore[arg-type]
-        node: Any = SimpleNamespace(get_logger=lambda: SimpleNamespace(info=self.lines.append))
-        statistics: Any = SimpleNamespace(restart=lambda: None)
-        log: Any = SimpleNamespace(throttled=lambda reason, text: self.lines.append(f"[{reason}] {text}"))
-        self.intake = Intake(node, self._make, self.demand, statistics, log)
+        logger = SimpleNamespace(info=self.lines.append)
+        log = SimpleNamespace(logger=logger, throttled=lambda reason, text: self.lines.append(f"[{reason}] {text}"))
+        feed: Any = SimpleNamespace(log=log, statistics=SimpleNamespace(restart=lambda: None))
+        self.intake = Intake(feed, self._make, self.demand)
 
     def _make(self) -> Any:
         if self.broken:

@@ -18,6 +18,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from topo_region_seg.ros.advice import advice
 from topo_region_seg.ros.depth_input import COLOR, DEPTH, INFO, DepthInput
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.missing_images import no_color
 from topo_region_seg.ros.node_params import NodeParams
@@ -44,7 +45,9 @@ class Rig:
         node.create_subscription.side_effect = self._subscribed
         node.destroy_subscription.side_effect = lambda name: self.callbacks.pop(name.topic)
         log = ReasonLog(SimpleNamespace(warning=self.lines.append), lambda: 0.0)  # type: ignore[arg-type]
-        self.source = DepthInput(node, self._process, self.statistics, log, NodeParams(), lambda: self.color)
+        self.source = DepthInput(
+            Feed(node, log, statistics=self.statistics), self._process, NodeParams(), lambda: self.color
+        )
         self.source._worker.submit = self._submit  # type: ignore[method-assign]
 
     def _subscribed(self, kind: type, topic: str, callback: Any, *_: Any, **__: Any) -> SimpleNamespace:

@@ -16,6 +16,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.followed_topic import OVERLAP_SECONDS
 from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.input_quality import InputQuality
@@ -64,7 +65,9 @@ def opened(node: Node, reliability: str = "auto") -> tuple[Input, Statistics, li
     """Return an input, its statistics and the stamps of the clouds that were processed."""
     statistics, seen = Statistics(), []
     log = ReasonLog(node.get_logger(), lambda: 0.0)
-    source = Input(node, lambda frame: seen.append(frame.msg.header.stamp.sec), statistics, log, reliability)
+    source = Input(
+        Feed(node, log, statistics=statistics), lambda frame: seen.append(frame.msg.header.stamp.sec), reliability
+    )
     return source, statistics, seen
 
 

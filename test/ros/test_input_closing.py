@@ -15,6 +15,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]
 
 from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.input import Input
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.statistics import Statistics
@@ -42,7 +43,8 @@ def test_a_cloud_that_waits_when_the_input_closes_is_counted_as_dropped(waiting:
         statistics.processed({}, 1.0, 1.0, points=1, regions=1, stamp="")
 
     camera = node()
-    source = Input(camera, process, statistics, ReasonLog(SimpleNamespace(warning=print), lambda: 0.0), "reliable")
+    log = ReasonLog(SimpleNamespace(warning=print), lambda: 0.0)
+    source = Input(Feed(camera, log, statistics=statistics), process, "reliable")
     receive = camera.create_subscription.call_args.args[2]
     receive(PointCloud2(), info(0))
     assert began.wait(10)

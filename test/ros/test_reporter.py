@@ -16,6 +16,8 @@ from builtin_interfaces.msg import Time
 from topo_region_seg.ros import reporter as module
 from topo_region_seg.ros.advice import CLOUD_TYPE, advice
 from topo_region_seg.ros.diagnostics import Condition
+from topo_region_seg.ros.feed import Feed
+from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.missing_images import NAMED
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.reporter import DROPS_OVER, Reporter
@@ -37,17 +39,14 @@ class Scene:
         monkeypatch.setattr(module, "advice", lambda node, source, heard: f"{self.text}, heard {heard}")
         self.statistics = Statistics()
         self.source = SimpleNamespace(topic="/points", what="clouds", hears_the_past=False)
-        self.reporter = Reporter(self._node(), self.statistics)
+        logger = SimpleNamespace(warning=self.lines.append, info=self.lines.append)
+        feed = Feed(self._node(), ReasonLog(logger, lambda: 0.0), statistics=self.statistics)
+        self.reporter = Reporter(feed, SimpleNamespace(publish=self.reports.append))
 
     def _node(self) -> Any:
-        logger = SimpleNamespace(warning=self.lines.append, info=self.lines.append)
         return SimpleNamespace(
-            _parameter_overrides={},
-            resolve_topic_name=lambda topic: topic,
-            create_publisher=lambda *_, **__: SimpleNamespace(publish=self.reports.append),
             get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time)),
             get_fully_qualified_name=lambda: "/node",
-            get_logger=lambda: logger,
         )
 
     def report(self, seconds: float = 1.0, state: str = "active", timeout: float = 5.0) -> tuple[bytes, list[str]]:

@@ -18,6 +18,7 @@ from clouds import message, scene
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros.diagnostics import Condition, diagnostics
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.frame import Frame
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
@@ -53,7 +54,9 @@ def processor(logger: Logger, statistics: Statistics) -> tuple[FrameProcessor, l
     demand = SimpleNamespace(declined=lambda arrived: None)
     requests = SimpleNamespace(finish=lambda arrived, success, text: None)
     log = ReasonLog(logger, lambda: 60.0)  # type: ignore[arg-type]
-    return FrameProcessor(node, Pipeline(Params()), outputs, demand, requests, statistics, log), published
+    return FrameProcessor(
+        Feed(node, log, statistics=statistics), Pipeline(Params()), outputs, demand, requests
+    ), published
 
 
 def frame() -> Frame:

@@ -14,19 +14,17 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from rclpy.lifecycle import LifecycleNode
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from topo_region_seg.cloud.camera_info import choose_info, image_size, info_size, is_rectified
 from topo_region_seg.cloud.pairing import Pair, Pairing
 from topo_region_seg.cloud.stamp import stamp_of
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.followed_topic import FollowedTopic
 from topo_region_seg.ros.frame import DepthFrame, Frame
 from topo_region_seg.ros.input import FrameSource
-from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.missing_images import color_apart, no_camera_info, no_color, other_size
 from topo_region_seg.ros.node_params import NodeParams
-from topo_region_seg.ros.statistics import Statistics
 
 DEPTH, INFO, COLOR = "depth/image", "depth/camera_info", "color/image"
 INFOS = 4
@@ -49,14 +47,8 @@ class DepthInput(FrameSource):
 
     Parameters
     ----------
-    node : LifecycleNode
-        The node that subscribes.
-    process : callable
-        Called on the worker thread with each frame.
-    statistics : Statistics
-        Counts what arrives, is dropped, is lost or has no partner.
-    log : ReasonLog
-        For what is missing.
+    feed, process
+        As :class:`FrameSource` takes them.
     settings : NodeParams
         Reliability, and how the images are packed.
     color : callable
@@ -70,20 +62,13 @@ class DepthInput(FrameSource):
 
     what = "depth images"
     kind = "sensor_msgs/msg/Image"
-    name = DEPTH
 
     def __init__(
-        self,
-        node: LifecycleNode,
-        process: Callable[[Frame], None],
-        statistics: Statistics,
-        log: ReasonLog,
-        settings: NodeParams,
-        color: Callable[[], bool | None],
+        self, feed: Feed, process: Callable[[Frame], None], settings: NodeParams, color: Callable[[], bool | None]
     ) -> None:
-        super().__init__(process, statistics)
-        self._node = node
-        self._log = log
+        super().__init__(feed, process, DEPTH)
+        self._node = feed.node
+        self._log = feed.log
         self._settings = settings
         self._color_counts = color
         self._lock = threading.RLock()
@@ -97,10 +82,11 @@ class DepthInput(FrameSource):
             self.kind = "sensor_msgs/msg/CompressedImage"
         try:
             with self._lock:
-                name = f"{node.resolve_topic_name(DEPTH)}/{settings.depth_transport}" if packed else DEPTH
+                # What image_transport appends is not remapped.
+                name = f"{self._full(DEPTH)}/{settings.depth_transport}" if packed else self.name
                 self._follow(CompressedImage if packed else Image, name, self._take_depth, self.what, counts=True)
                 self._rectified = is_rectified(self.topic)
-                self._follow(CameraInfo, INFO, self._take_info, "camera_info")
+                self._follow(CameraInfo, feed.topic(INFO), self._take_info, "camera_info")
                 self._follow_color()
         except Exception:
             self._worker.stop()
@@ -115,13 +101,16 @@ class DepthInput(FrameSource):
     @property
     def color_topic(self) -> str:
         """Full name of the topic of color images."""
-        name, transport = str(self._node.resolve_topic_name(COLOR)), self._settings.color_transport
+        name, transport = self._full(COLOR), self._settings.color_transport
         return name if transport == "raw" else f"{name}/{transport}"
 
     @property
     def info_topic(self) -> str:
         """Full name of the topic of camera_info."""
-        return str(self._node.resolve_topic_name(INFO))
+        return self._full(INFO)
+
+    def _full(self, name: str) -> str:
+        return str(self._node.resolve_topic_name(self._feed.topic(name)))
 
     def follow_publishers(self) -> None:
         """Give the subscriptions the quality that hears all publishers, and take color images where they count."""
@@ -152,20 +141,8 @@ class DepthInput(FrameSource):
         counts: bool = False,
     ) -> None:
         reliability = self._settings.input_reliability
-        self._followed.append(
-            FollowedTopic(
-                self._node,
-                kind,
-                name,
-                receive,
-                self._statistics,
-                self._log,
-                reliability,
-                what=what,
-                depth=depth,
-                counts=counts,
-            )
-        )
+        topic = FollowedTopic(self._feed, kind, name, receive, reliability, what=what, depth=depth, counts=counts)
+        self._followed.append(topic)
 
     def _follow_color(self) -> None:
         """Subscribe to color images where they count, and unsubscribe where they do no more."""
@@ -182,7 +159,7 @@ class DepthInput(FrameSource):
         else:
             if self._pairing is None:
                 packed = self._settings.color_transport != "raw"
-                name, kind = (self.color_topic, CompressedImage) if packed else (COLOR, Image)
+                name, kind = (self.color_topic, CompressedImage) if packed else (self._feed.topic(COLOR), Image)
                 self._follow(kind, name, self._take_color, "color images", depth=COLORS_QUEUED)
             self._pairing = Pairing() if needed else Pairing(room=BRIEFLY)
         self._decided(waiting)

@@ -19,14 +19,12 @@ from rclpy.event_handler import (
     SubscriptionEventCallbacks,
     UnsupportedEventTypeError,
 )
-from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, qos_policy_name_from_kind
 from rclpy.subscription import Subscription
 
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.input_quality import FOLLOWED, InputQuality
-from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.qos_overrides import overriding
-from topo_region_seg.ros.statistics import Statistics
 from topo_region_seg.ros.transport import PROFILES, VARIABLES, fast_dds
 
 OVERLAP_SECONDS = 1.0
@@ -40,18 +38,14 @@ class FollowedTopic:
 
     Parameters
     ----------
-    node : LifecycleNode
-        The node that subscribes.
+    feed : Feed
+        The camera's. Publishers that cannot be heard are counted and, where `counts` is true, what is lost on the way.
     kind : type
         Class of the messages, which have a header.
     name : str
         Name of the topic, before remapping.
     receive : callable
         Called with each message and how many were published since the last one, but never delivered.
-    statistics : Statistics
-        Counts publishers that cannot be heard and, where `counts` is true, what is lost on the way.
-    log : ReasonLog
-        For publishers that cannot be heard, or not well.
     reliability : str
         As :class:`InputQuality` takes it.
     what : str
@@ -69,24 +63,22 @@ class FollowedTopic:
 
     def __init__(
         self,
-        node: LifecycleNode,
+        feed: Feed,
         kind: type,
         name: str,
         receive: Callable[[Any, int], None],
-        statistics: Statistics,
-        log: ReasonLog,
         reliability: str,
         *,
         what: str = "clouds",
         depth: int = 1,
         counts: bool = True,
     ) -> None:
-        self._node = node
+        self._node = node = feed.node
         self._kind = kind
         self._name = name
         self._deliver = receive
-        self._statistics = statistics
-        self._log = log
+        self._statistics = feed.statistics
+        self._log = feed.log
         self._what = what
         self._depth = depth
         self._counts = counts

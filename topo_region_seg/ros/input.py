@@ -7,19 +7,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ClassVar
 
-from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSPolicyKind
 from sensor_msgs.msg import PointCloud2
 
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.followed_topic import FollowedTopic
 from topo_region_seg.ros.frame import Frame
-from topo_region_seg.ros.log import ReasonLog
-from topo_region_seg.ros.statistics import Statistics
 from topo_region_seg.ros.worker import NewestWinsWorker
 
 
 class FrameSource:
     """What all inputs have: a topic that frames are counted by, maybe others beside it, and the newest-wins worker.
+
+    Parameters
+    ----------
+    feed : Feed
+        The camera's: what arrives, is dropped, is lost or is rejected is counted.
+    process : callable
+        Called on the worker thread with each frame.
+    name : str
+        Name of the topic, as it is for a node with one camera.
 
     Attributes
     ----------
@@ -33,10 +40,11 @@ class FrameSource:
 
     what: ClassVar[str]
     kind: str
-    name: ClassVar[str]
 
-    def __init__(self, process: Callable[[Frame], None], statistics: Statistics) -> None:
-        self._statistics = statistics
+    def __init__(self, feed: Feed, process: Callable[[Frame], None], name: str) -> None:
+        self._feed = feed
+        self._statistics = feed.statistics
+        self.name = feed.topic(name)
         self._worker = NewestWinsWorker(process, "segmentation")
 
     @property
@@ -83,14 +91,8 @@ class Input(FrameSource):
 
     Parameters
     ----------
-    node : LifecycleNode
-        The node that subscribes.
-    process : callable
-        Called on the worker thread with each frame.
-    statistics : Statistics
-        Counts what arrives, is dropped and is lost.
-    log : ReasonLog
-        For publishers that cannot be heard, or not well.
+    feed, process
+        As :class:`FrameSource` takes them.
     reliability : str
         As :class:`InputQuality` takes it.
 
@@ -102,19 +104,11 @@ class Input(FrameSource):
 
     what = "clouds"
     kind = "sensor_msgs/msg/PointCloud2"
-    name = "points"
 
-    def __init__(
-        self,
-        node: LifecycleNode,
-        process: Callable[[Frame], None],
-        statistics: Statistics,
-        log: ReasonLog,
-        reliability: str,
-    ) -> None:
-        super().__init__(process, statistics)
+    def __init__(self, feed: Feed, process: Callable[[Frame], None], reliability: str) -> None:
+        super().__init__(feed, process, "points")
         try:
-            self._points = FollowedTopic(node, PointCloud2, self.name, self._receive, statistics, log, reliability)
+            self._points = FollowedTopic(feed, PointCloud2, self.name, self._receive, reliability)
         except Exception:
             self._worker.stop()
             raise

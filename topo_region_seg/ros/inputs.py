@@ -4,24 +4,19 @@
 
 from __future__ import annotations
 
-from rclpy.lifecycle import LifecycleNode
-
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros.depth_input import DepthInput
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.input import FrameSource, Input
-from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.processor import FrameProcessor
-from topo_region_seg.ros.statistics import Statistics
 
 
-def open_input(
-    node: LifecycleNode, processor: FrameProcessor, statistics: Statistics, log: ReasonLog, settings: NodeParams
-) -> FrameSource:
+def open_input(feed: Feed, processor: FrameProcessor, settings: NodeParams) -> FrameSource:
     """Subscribe to clouds or depth images; raises ParameterError for an invalid QoS override."""
     if settings.input == "depth":
-        return DepthInput(node, processor.process, statistics, log, settings, lambda: color_counts(processor.pipeline))
-    return Input(node, processor.process, statistics, log, settings.input_reliability)
+        return DepthInput(feed, processor.process, settings, lambda: color_counts(processor.pipeline))
+    return Input(feed, processor.process, settings.input_reliability)
 
 
 def color_counts(pipeline: Pipeline) -> bool | None:

@@ -10,12 +10,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from rclpy.lifecycle import LifecycleNode
-
 from topo_region_seg.ros.demand import Demand
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.input import FrameSource
-from topo_region_seg.ros.log import ReasonLog
-from topo_region_seg.ros.statistics import Statistics
 
 STOP_SECONDS = 5.0
 """How long a transition or the end of the process waits for the frame being processed."""
@@ -26,31 +23,20 @@ class Intake:
 
     Parameters
     ----------
-    node : LifecycleNode
-        Whose log tells of it.
+    feed : Feed
+        The camera's: its rates begin anew with each input.
     make : callable
         Makes the input.
     demand : Demand
         Says whether clouds are wanted.
-    statistics : Statistics
-        Whose rates begin anew with each input.
-    log : ReasonLog
-        For an input that cannot be opened.
     """
 
-    def __init__(
-        self,
-        node: LifecycleNode,
-        make: Callable[[], FrameSource],
-        demand: Demand,
-        statistics: Statistics,
-        log: ReasonLog,
-    ) -> None:
-        self._logger = node.get_logger()
+    def __init__(self, feed: Feed, make: Callable[[], FrameSource], demand: Demand) -> None:
+        self._logger = feed.log.logger
         self._make = make
         self._demand = demand
-        self._statistics = statistics
-        self._log = log
+        self._statistics = feed.statistics
+        self._log = feed.log
         # Whoever activates the node may do so on another thread than the timer's.
         self._lock = threading.RLock()
         self._active = False

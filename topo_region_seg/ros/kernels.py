@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""All kernels that the node uses, loaded from the cache or compiled into it; ``python -m topo_region_seg.ros.kernels``."""
+"""All kernels that the node uses: ``python -m topo_region_seg.ros.kernels`` compiles them into the cache."""
 
 from __future__ import annotations
 

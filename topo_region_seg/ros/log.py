@@ -33,13 +33,13 @@ class ReasonLog:
     Parameters
     ----------
     logger : RcutilsLogger
-        Where the warnings go.
+        Where the warnings go; kept as `logger`.
     period : callable
         Returns the least time between two warnings with the same reason, seconds.
     """
 
     def __init__(self, logger: RcutilsLogger, period: Callable[[], float]) -> None:
-        self._logger = logger
+        self.logger = logger
         self._period = period
         self._lock = threading.Lock()
         self._last: dict[str, float] = {}
@@ -58,17 +58,17 @@ class ReasonLog:
             self._last[reason] = now
             held_back = self._held_back.pop(reason, 0)
         more = f" (and {held_back} more since the last warning)" if held_back else ""
-        self._logger.warning(f"[{reason}] {text if isinstance(text, str) else text()}{more}")
+        self.logger.warning(f"[{reason}] {text if isinstance(text, str) else text()}{more}")
 
     def told(self, reason: str, text: str) -> None:
         """Say something that is no trouble, unless the same reason was told or warned of before."""
         if self._first(reason):
-            self._logger.info(f"[{reason}] {text}")
+            self.logger.info(f"[{reason}] {text}")
 
     def once(self, reason: str, text: str) -> None:
         """Warn, unless the same reason was warned of before."""
         if self._first(reason):
-            self._logger.warning(f"[{reason}] {text}")
+            self.logger.warning(f"[{reason}] {text}")
 
     def _first(self, reason: str) -> bool:
         with self._lock:

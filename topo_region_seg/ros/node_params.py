@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
-from topo_region_seg.parameter_table import ParameterTable, parameter
+from topo_region_seg.parameter_table import ParameterError, ParameterTable, parameter
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -15,6 +18,12 @@ class NodeParams(ParameterTable):
 
     autostart: bool = parameter(
         True, "configure and activate the node at start; false = wait for the lifecycle services", live=False
+    )
+    cameras: tuple[str, ...] = parameter(
+        (),
+        "names of several cameras, read when the node is configured: the topics of each, and its service, begin with "
+        "its name, as in `left/points`; empty = one camera, whose topics begin with nothing",
+        texts=True,
     )
     input: str = parameter(
         "points",
@@ -108,3 +117,11 @@ class NodeParams(ParameterTable):
     warning_period: float = parameter(
         5.0, "warnings with the same reason are logged at most once in this time", unit="s", low=0.0, high=3600.0
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in self.cameras:
+            if not NAME.fullmatch(name):
+                raise ParameterError(f"cameras: {name!r} is no name for topics: letters, digits and _, no digit first")
+            if self.cameras.count(name) > 1:
+                raise ParameterError(f"cameras: {name!r} is there twice")

@@ -8,17 +8,14 @@ import time
 import traceback
 from typing import Any
 
-from rclpy.lifecycle import LifecycleNode
-
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.cloud.layout import CloudFormatError
 from topo_region_seg.pipeline import MissingColorError, Pipeline
 from topo_region_seg.ros.demand import Demand
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.frame import Frame
-from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.segment_once import SegmentOnce
-from topo_region_seg.ros.statistics import Statistics
 from topo_region_seg.ros.transforms import Transforms, in_frame
 
 ASKED_FOR = frozenset({"thinned"})
@@ -28,30 +25,21 @@ ASKED_FOR = frozenset({"thinned"})
 class FrameProcessor:
     """Decode, segment and publish one frame after the other.
 
-    `pipeline` may be replaced at any time; a frame is processed by the one that was there when it began. `transforms`
-    place the clouds, where parameters ask for them; None else.
+    `feed` is the camera's. `pipeline` may be replaced at any time; a frame is processed by the one that was there when
+    it began. `transforms` place the clouds, where parameters ask for them; None else.
     """
 
-    def __init__(
-        self,
-        node: LifecycleNode,
-        pipeline: Pipeline,
-        outputs: Outputs,
-        demand: Demand,
-        requests: SegmentOnce,
-        statistics: Statistics,
-        log: ReasonLog,
-    ) -> None:
+    def __init__(self, feed: Feed, pipeline: Pipeline, outputs: Outputs, demand: Demand, requests: SegmentOnce) -> None:
         self.pipeline = pipeline
         self.transforms: Transforms | None = None
-        self._context = node.context
-        self._clock = node.get_clock()
-        self._logger = node.get_logger()
+        self._context = feed.node.context
+        self._clock = feed.node.get_clock()
+        self._logger = feed.log.logger
         self._outputs = outputs
         self._demand = demand
         self._requests = requests
-        self._statistics = statistics
-        self._log = log
+        self._statistics = feed.statistics
+        self._log = feed.log
         self._greeted = False
         self._tracker = Tracker()
 

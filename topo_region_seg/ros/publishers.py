@@ -4,17 +4,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
+from rclpy.lifecycle import LifecyclePublisher
 from rclpy.qos import QoSProfile
 
 from topo_region_seg.cloud.messages.answer import Answer
 from topo_region_seg.cloud.messages.topics import OUTPUTS, Output
 from topo_region_seg.data import Cloud
-from topo_region_seg.ros.log import ReasonLog
+from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.qos_overrides import overriding
 from topo_region_seg.ros.types import ros_types
 from topo_region_seg.segmentation import Segmentation
@@ -25,12 +24,15 @@ class Outputs:
 
     Parameters
     ----------
-    node : LifecycleNode
-        The node that publishes.
-    log : ReasonLog
-        For what cannot be published.
+    feed : Feed
+        The camera's.
     pass_fields : callable
         Returns the names of the fields of the input that labeled clouds carry on.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Topics that are not published, as the package of their messages is missing.
 
     Raises
     ------
@@ -38,27 +40,23 @@ class Outputs:
         A QoS override is invalid.
     """
 
-    def __init__(self, node: LifecycleNode, log: ReasonLog, pass_fields: Callable[[], tuple[str, ...]]) -> None:
-        self._node = node
-        self._log = log
+    def __init__(self, feed: Feed, pass_fields: Callable[[], tuple[str, ...]]) -> None:
+        self._node = feed.node
+        self._log = feed.log
         self._pass_fields = pass_fields
         self._types = ros_types()
         self._publishers: list[tuple[Output, LifecyclePublisher]] = []
-        missing = []
+        self.missing: tuple[str, ...] = ()
         try:
             for output in OUTPUTS:
                 kind = output.message_class(self._types)
                 if kind is None:
-                    missing.append(output.name)
+                    self.missing += (output.name,)
                 else:
-                    self._publishers.append((output, self._create(kind, output.name)))
+                    self._publishers.append((output, self._create(kind, feed.topic(output.name))))
         except Exception:
             self.destroy()
             raise
-        if missing:
-            package = f"ros-{os.environ.get('ROS_DISTRO') or 'jazzy'}-vision-msgs"
-            text = f"{' and '.join(missing)} are not published: vision_msgs is missing; sudo apt install {package}"
-            log.told("vision_msgs_missing", text)
 
     def wanted(self) -> bool:
         """Whether somebody subscribes to any of them."""

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -16,23 +17,15 @@ from rclpy.parameter import Parameter
 
 from topo_region_seg.parameter_table import ParameterError
 from topo_region_seg.params import Params
-from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.ros import parameters
-from topo_region_seg.ros.demand import Demand
-from topo_region_seg.ros.diagnostics import Condition
+from topo_region_seg.ros.camera import Camera
 from topo_region_seg.ros.input import FrameSource
-from topo_region_seg.ros.inputs import open_input
-from topo_region_seg.ros.intake import STOP_SECONDS, Intake
 from topo_region_seg.ros.invalid_transitions import refuse_invalid_transitions
 from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.parameter_names import unknown
-from topo_region_seg.ros.processor import FrameProcessor
-from topo_region_seg.ros.publishers import Outputs
 from topo_region_seg.ros.qos_overrides import unused
-from topo_region_seg.ros.reporter import Reporter
-from topo_region_seg.ros.segment_once import SegmentOnce
-from topo_region_seg.ros.statistics import Statistics
+from topo_region_seg.ros.reporter import diagnostics_publisher, wait_for_listeners, wait_until_heard
 from topo_region_seg.ros.transforms import Transforms
 from topo_region_seg.ros.warm_up import warm_up_kernels
 
@@ -46,10 +39,10 @@ RECOVERY = "recovery"
 
 
 class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyped
-    """Segment every cloud on `points`, or what depth images show, the newest first.
+    """Segment every cloud on `points`, or what depth images show, the newest first; of several cameras each its own.
 
     Unconfigured: parameters, diagnostics and the service `~/segment_once`. Inactive: also compiled kernels and the
-    output topics. Active: also, while clouds are wanted, the subscription and the worker thread.
+    output topics. Active: also, while clouds are wanted, subscriptions and worker threads.
 
     Attributes
     ----------
@@ -76,20 +69,18 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._log = ReasonLog(self.get_logger(), lambda: self._node_params.warning_period)
         for line in unknown(self._parameter_overrides):
             self.get_logger().warning(line)
+        self._cameras: list[Camera] = []
+        self._transforms: Transforms | None = None
         self.add_pre_set_parameters_callback(self._type_parameters)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
-        self._statistics = Statistics()
-        self._outputs: Outputs | None = None
-        self._processor: FrameProcessor | None = None
-        self._intake: Intake | None = None
         self._failure: str | None = None
         self._due_since: float | None = time.monotonic()
         self._warned_of_overrides = False
         self.start_failed = False
-        self._reporter = Reporter(self, self._statistics)
-        self._requests = SegmentOnce(self, self._refusal, lambda: self._node_params.request_timeout)
+        self._diagnostics = diagnostics_publisher(self)
+        self._make_cameras()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._report, clock=steady)
         self.create_timer(DEMAND_SECONDS, self._follow_demand, clock=steady)
@@ -117,11 +108,12 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
 
         def configure() -> None:
             warm_up_kernels(self.get_logger(), self.context.ok)
-            self._outputs = Outputs(self, self._log, lambda: self._node_params.pass_fields)
-            demand = Demand(self._outputs, self._requests, lambda: self._node_params)
-            given = self._outputs, demand, self._requests, self._statistics, self._log
-            self._processor = FrameProcessor(self, Pipeline(self._params), *given)
-            self._intake = Intake(self, self._make_input, demand, self._statistics, self._log)
+            self._make_cameras()
+            missing = [camera.configure(self._params) for camera in self._cameras]
+            if any(missing):
+                apt = f"sudo apt install ros-{os.environ.get('ROS_DISTRO') or 'jazzy'}-vision-msgs"
+                text = f"{' and '.join(missing[0])} are not published: vision_msgs is missing; {apt}"
+                self._log.told("vision_msgs_missing", text)
 
         return self._transition("configure", configure, undo=self._release)
 
@@ -129,16 +121,14 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         """Open the output topics and subscribe to the clouds."""
 
         def activate() -> None:
-            if self._processor is None or self._intake is None:
-                raise RuntimeError("not configured")
             super(RegionSegmentation, self).on_activate(state)
-            self._processor.forget()
             if Transforms.wanted(self._node_params):
-                self._processor.transforms = Transforms(self, self._node_params)
-            source = self._intake.start()
-            self._warn_of_unused_overrides(source)
+                self._transforms = Transforms(self, self._node_params)
+            sources = [camera.activate(self._transforms) for camera in self._cameras]
+            self._warn_of_unused_overrides(sources)
             self._due_since = None
-            self.get_logger().info(f"active: waiting for {source.what} on {source.topic}")
+            topics = ", ".join(source.topic for source in sources)
+            self.get_logger().info(f"active: waiting for {sources[0].what} on {topics}")
 
         return self._transition("activate", activate, undo=self._close_input)
 
@@ -194,16 +184,16 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
             return  # not ok: a signal ended the node while it started
         self.get_logger().fatal(f"not started, and ends: {self._failure}")
         self.start_failed = True
-        self._reporter.wait_for_listeners()
+        wait_for_listeners(self._diagnostics)
         for _ in range(LAST_REPORTS):
             self._report()
-            self._reporter.wait_until_heard()
+            wait_until_heard(self._diagnostics)
         self.context.try_shutdown()
 
-    def _warn_of_unused_overrides(self, source: FrameSource) -> None:
+    def _warn_of_unused_overrides(self, sources: Sequence[FrameSource]) -> None:
         if not self._warned_of_overrides:
             self._warned_of_overrides = True
-            for line in unused(self, source.possible_overrides):
+            for line in unused(self, [name for source in sources for name in source.possible_overrides]):
                 self.get_logger().warning(line)
 
     @property
@@ -211,21 +201,29 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         """Label of the present lifecycle state."""
         return str(self._state_machine.current_state[1])
 
-    def _make_input(self) -> FrameSource:
-        assert self._processor is not None
-        return open_input(self, self._processor, self._statistics, self._log, self._node_params)
+    def _make_cameras(self) -> None:
+        """Have the cameras that the parameter names; one of the same name goes on with its counts."""
+        names = self._node_params.cameras or ("",)
+        present = {camera.name: camera for camera in self._cameras}
+        if tuple(present) == names:
+            return
+        for name in set(present) - set(names):
+            present.pop(name).destroy()
+        self._cameras = [present.get(name) or self._make_camera(name) for name in names]
+
+    def _make_camera(self, name: str) -> Camera:
+        return Camera(self, name, self._diagnostics, self._refusal, lambda: self._node_params)
 
     def _refusal(self) -> str | None:
         """Return why no cloud can be processed at present."""
         return None if self.state == "active" else f"the node is {self.state}; activate it first"
 
     def _close_input(self) -> None:
-        if self._intake is not None and not self._intake.close():
-            self.get_logger().warning(f"the last frame did not end within {STOP_SECONDS:.0f} s")
-        if self._processor is not None and self._processor.transforms is not None:
-            self._processor.transforms.close()
-            self._processor.transforms = None
-        self._requests.give_up("the node was deactivated")
+        for camera in self._cameras:
+            camera.close_input()
+        if self._transforms is not None:
+            self._transforms.close()
+            self._transforms = None
 
     def _take_down(self) -> None:
         self._due_since = None
@@ -233,10 +231,8 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
 
     def _release(self) -> None:
         self._close_input()
-        self._processor = self._intake = None
-        if self._outputs is not None:
-            self._outputs.destroy()
-            self._outputs = None
+        for camera in self._cameras:
+            camera.release()
 
     # Parameters: checked as a whole, in force from the next frame on.
 
@@ -254,32 +250,19 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         before = {**self._params.as_dict(), **self._node_params.as_dict()}
         self._params = parameters.read(self, Params)
         self._node_params = parameters.read(self, NodeParams)
-        if self._processor is not None and self._processor.pipeline.params != self._params:
-            self._processor.pipeline = Pipeline(self._params)
-            if self._intake is not None and self._intake.input is not None:
-                self._intake.input.follow_publishers()  # color may count now, or no more
+        for camera in self._cameras:
+            camera.use(self._params)
         after = {**self._params.as_dict(), **self._node_params.as_dict()}
         changed = [f"{name} = {value}" for name, value in after.items() if value != before[name]]
         if changed:
             self.get_logger().info(f"parameters changed: {', '.join(changed)}")
 
     def _report(self) -> None:
-        intake, limit = self._intake, self._node_params.inactive_timeout
-        source = None if intake is None else intake.input
-        if source is not None:
-            source.follow_publishers()
+        limit = self._node_params.inactive_timeout
         waited = 0.0 if self._due_since is None else time.monotonic() - self._due_since
-        condition = Condition(
-            self.state,
-            self._node_params,
-            failure=self._failure,
-            asleep=None if intake is None else intake.asleep,
-            overdue=waited if 0.0 < limit < waited else 0.0,
-        )
-        self._reporter.report(condition, source)
+        for camera in self._cameras:
+            camera.report(self.state, self._failure, waited if 0.0 < limit < waited else 0.0)
 
     def _follow_demand(self) -> None:
-        if self._requests.waiting():
-            self._requests.expire(self.resolve_topic_name("points"))
-        if self._intake is not None:
-            self._intake.follow()
+        for camera in self._cameras:
+            camera.follow_demand()

@@ -36,22 +36,33 @@ class SegmentOnce:
     ----------
     node : LifecycleNode
         The node that offers the service.
+    name : str
+        Name of the service.
     refusal : callable
         Returns why no cloud can be processed at present, None if one can.
     timeout : callable
         Returns the longest wait, seconds.
     """
 
-    def __init__(self, node: LifecycleNode, refusal: Callable[[], str | None], timeout: Callable[[], float]) -> None:
+    def __init__(
+        self, node: LifecycleNode, name: str, refusal: Callable[[], str | None], timeout: Callable[[], float]
+    ) -> None:
+        self._node = node
         self._refusal = refusal
         self._timeout = timeout
         self._lock = threading.Lock()
         self._requests: list[_Request] = []
-        self._service = node.create_service(Trigger, "~/segment_once", self._take)
+        self._service = node.create_service(Trigger, name, self._take)
         self._send = self._service.send_response
         self._service.send_response = self._send_or_hold
         # Answers leave on the executor's thread, whoever has them.
         self._finished = node.create_guard_condition(self._answer)
+
+    def destroy(self) -> None:
+        """Offer the service no longer."""
+        self.give_up("the service is gone")
+        self._node.destroy_service(self._service)
+        self._node.destroy_guard_condition(self._finished)
 
     def waiting(self, arrived: float = float("inf")) -> bool:
         """Whether somebody waits for a cloud, or for one that arrived at a time (monotonic clock, seconds)."""
