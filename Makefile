@@ -22,7 +22,7 @@ export ROS_PYTHON_CHECK_FIELDS := 1
 export PYTHONUNBUFFERED := 1
 in_venv = env AMENT_PREFIX_PATH=$(1) PATH="$(1)/bin:$$PATH"
 
-.PHONY: help demo test test-ubuntu fuzz nightly mutants soak lint types format docs site linkcheck bench bench-quick beyond worst pictures clean
+.PHONY: help demo test test-ubuntu fuzz nightly mutants load soak lint types format docs site linkcheck bench bench-quick beyond worst pictures clean
 
 help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -72,6 +72,9 @@ linkcheck: .venv/ready-docs ## Try the links that lead out of the documentation;
 
 bench: .venv/ready-bench ## Measure everything, beside other programs; writes docs/benchmarks.md.
 	@$(STEP) "benchmarks" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks --publish
+
+load: .venv/ready-test ## Measure the node beside cameras, under five minutes; writes docs/load.md.
+	@$(STEP) "the node under load" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.load
 
 soak: .venv/ready-demo ## Ten minutes of trouble for one node; writes docs/soak.md.
 	@$(STEP) "soak test, ten minutes" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.soak --minutes 10

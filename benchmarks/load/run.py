@@ -12,7 +12,7 @@ import sysconfig
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,8 @@ class Load:
         Topics that are listened to; the latency is that of the first.
     arguments : mapping of str to str
         Parameters of the node.
+    goals : mapping of str to float
+        What is not to be exceeded.
     cameras : tuple of str
         What the topics of each camera begin with; one process of the node takes all.
     """
@@ -56,6 +58,7 @@ class Load:
     hz: float
     outputs: tuple[str, ...]
     arguments: Mapping[str, str]
+    goals: Mapping[str, float] = field(default_factory=dict)
     cameras: tuple[str, ...] = ("",)
 
 
