@@ -13,8 +13,6 @@ from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.view.resection import camera_pose
 
-UNSET = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-"""Pose that files hold by default."""
 NEAR = 0.05
 """Distance, metres, up to which a pose and the camera that an image grid shows are of one sensor."""
 MAP = 10.0
@@ -40,11 +38,10 @@ def known_sensor(cloud: Cloud, params: Params) -> Sensor | None:
     """Return where the sensor is in the frame of a cloud; None where that is not known.
 
     As the parameter says, else the file or recording; else where the image grid of an organized cloud shows the camera
-    to be, if it is not at the origin. A file that says the origin, not turned, says nothing: writers that do not know
-    the pose put that.
+    to be, if it is not at the origin. Which way it looks only objects need.
     """
-    pose = params.sensor_pose or (None if cloud.sensor_pose == UNSET else cloud.sensor_pose)
-    camera = camera_pose(cloud)
+    pose = params.sensor_pose or cloud.sensor_pose
+    camera = camera_pose(cloud) if pose is None or params.output == "objects" else None
     if pose is not None and np.isfinite(pose[:3]).all():
         position = np.array(pose[:3], np.float64)
         there = camera is not None and float(np.linalg.norm(camera.center - position)) < NEAR
