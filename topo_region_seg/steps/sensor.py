@@ -49,6 +49,20 @@ def known_sensor(cloud: Cloud, params: Params) -> Sensor | None:
     return None if camera is None else Sensor(camera.center, camera.axes)
 
 
+def possible_axes(cloud: Cloud, params: Params) -> list[FloatArray]:
+    """Return the axes (3, 3) that a camera may have: those of the frame, and of the sensor's pose where that is known.
+
+    Rows: the image's right and down, and the middle of the view. A pose may be that of a camera, which looks along z,
+    or of a body, which looks along x with z up.
+    """
+    pose = params.sensor_pose or cloud.sensor_pose
+    found = [np.eye(3)]
+    if pose is not None and np.isfinite(pose).all():
+        turned = _turn_of_any(pose).as_matrix().T
+        found += [turned, np.array([-turned[1], -turned[2], turned[0]])]
+    return found
+
+
 def up_direction(cloud: Cloud, params: Params) -> FloatArray | None:
     """Return the unit vector (3,) of up in the frame of a cloud; None if it is not known.
 
@@ -59,6 +73,10 @@ def up_direction(cloud: Cloud, params: Params) -> FloatArray | None:
     up = np.array(params.up or (0.0, 0.0, 1.0), np.float64)
     up /= float(np.linalg.norm(up))
     return up if cloud.base_pose is None else turn_of(cloud.base_pose).apply(up)
+
+
+def _turn_of_any(pose: tuple[float, ...]) -> Rotation:
+    return Rotation.from_euler("xyz", pose[3:]) if len(pose) == 6 else turn_of(pose)
 
 
 def turn_of(pose: tuple[float, ...]) -> Rotation:
