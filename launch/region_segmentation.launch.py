@@ -4,6 +4,7 @@
 
 ros2 launch topo_region_seg region_segmentation.launch.py camera:=realsense rviz:=true
 ros2 launch topo_region_seg region_segmentation.launch.py camera:=realsense input:=depth
+ros2 launch topo_region_seg region_segmentation.launch.py camera:=realsense camera_name:=front
 ros2 launch topo_region_seg region_segmentation.launch.py input:=/camera/depth/color/points
 ros2 launch topo_region_seg region_segmentation.launch.py bag:=recording.mcap
 """
@@ -23,7 +24,10 @@ DEPTH = "depth"
 
 
 class Topics(NamedTuple):
-    """Where a driver publishes what the node takes: clouds, or depth images with what belongs to them."""
+    """Where a driver publishes what the node takes: clouds, or depth images with what belongs to them.
+
+    Names that begin with a slash are those of the camera that the driver takes unless it is told another name.
+    """
 
     points: str
     depth: str
@@ -67,15 +71,27 @@ CAMERAS = {
 }
 
 
+def named(topics: Topics, name: str) -> Topics:
+    """Return the topics of a camera of another name, which stands in the place of the driver's own, or before it."""
+    first = topics.points.split("/")[1] if topics.points.startswith("/") else None
+    if not name or first is None:
+        return topics
+    shared = all(topic.split("/")[1] == first for topic in topics)
+    return Topics(*(f"/{name}{topic.removeprefix(f'/{first}') if shared else topic}" for topic in topics))
+
+
 def nodes(
-    context: LaunchContext, camera: LaunchConfiguration, wanted: LaunchConfiguration
+    context: LaunchContext,
+    camera: LaunchConfiguration,
+    camera_name: LaunchConfiguration,
+    wanted: LaunchConfiguration,
 ) -> list[LaunchDescriptionEntity]:
     """Return the node with the topics of a camera, and the player with the same."""
     name, given = camera.perform(context), wanted.perform(context)
     if name not in CAMERAS:
         known = ", ".join(filter(None, CAMERAS))
         raise RuntimeError(f"camera:={name}: must be one of {known}; or leave it out and give input:=TOPIC")
-    topics = CAMERAS[name]
+    topics = named(CAMERAS[name], camera_name.perform(context))
     if given not in ("points", DEPTH):
         topics = topics._replace(points=given)
     remappings = [
@@ -142,6 +158,11 @@ def generate_launch_description() -> LaunchDescription:
                 description="driver whose topics are used: realsense, orbbec, zed, azure_kinect or depth_image_proc",
             ),
             DeclareLaunchArgument(
+                "camera_name",
+                default_value="",
+                description="name of that camera, first in its topics; empty = the one that its driver takes",
+            ),
+            DeclareLaunchArgument(
                 "input",
                 default_value="points",
                 description="points or depth: what is taken of the camera; any other name is a topic of clouds",
@@ -154,7 +175,9 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "fixed_frame", default_value="camera_depth_optical_frame", description="frame_id of the clouds"
             ),
-            OpaqueFunction(function=nodes, args=[LaunchConfiguration("camera"), LaunchConfiguration("input")]),
+            OpaqueFunction(
+                function=nodes, args=[LaunchConfiguration(name) for name in ("camera", "camera_name", "input")]
+            ),
             OpaqueFunction(function=view, condition=IfCondition(LaunchConfiguration("rviz"))),
         ]
     )

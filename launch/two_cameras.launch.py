@@ -4,6 +4,7 @@
 
 ros2 launch topo_region_seg two_cameras.launch.py \
   left_input:=/left/depth/color/points right_input:=/right/depth/color/points
+ros2 launch topo_region_seg two_cameras.launch.py camera:=realsense left_input:=depth right_input:=depth
 ros2 launch topo_region_seg two_cameras.launch.py left_bag:=left.mcap right_bag:=right.mcap rviz:=true
 """
 
@@ -23,6 +24,11 @@ def generate_launch_description() -> LaunchDescription:
     default_view = PathJoinSubstitution([share, "rviz", "region_segmentation.rviz"])
     one_camera = PathJoinSubstitution([share, "launch", "region_segmentation.launch.py"])
     entities = [
+        DeclareLaunchArgument(
+            "camera",
+            default_value="",
+            description="driver of both cameras: realsense, orbbec, zed, azure_kinect or depth_image_proc",
+        ),
         DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
         DeclareLaunchArgument("use_sim_time", default_value="false", description="true = time comes from /clock"),
         DeclareLaunchArgument("rviz", default_value="false", description="true = an RViz for each (package rviz2)"),
@@ -32,9 +38,12 @@ def generate_launch_description() -> LaunchDescription:
         entities += [
             DeclareLaunchArgument(f"{side}_namespace", default_value=side, description="namespace of node and topics"),
             DeclareLaunchArgument(
+                f"{side}_camera_name", default_value=side, description="name of the camera, first in its topics"
+            ),
+            DeclareLaunchArgument(
                 f"{side}_input",
                 default_value="points",
-                description="topic of the clouds, relative to the namespace; or depth, for depth/image in it",
+                description="points or depth: what is taken of the camera; or a topic, relative to the namespace",
             ),
             DeclareLaunchArgument(f"{side}_params_file", default_value=default_parameters, description="YAML file"),
             DeclareLaunchArgument(
@@ -47,7 +56,8 @@ def generate_launch_description() -> LaunchDescription:
                 PythonLaunchDescriptionSource(one_camera),
                 launch_arguments={
                     "namespace": LaunchConfiguration(f"{side}_namespace"),
-                    "camera": "",  # whose topics would be the same for both
+                    "camera": LaunchConfiguration("camera"),
+                    "camera_name": LaunchConfiguration(f"{side}_camera_name"),
                     "input": LaunchConfiguration(f"{side}_input"),
                     "params_file": LaunchConfiguration(f"{side}_params_file"),
                     "bag": LaunchConfiguration(f"{side}_bag"),

@@ -24,7 +24,7 @@ from topo_region_seg.cloud.messages.topics import OUTPUTS
 KINDS = {output.name: output.kind for output in OUTPUTS}
 SETTLE = 2.0
 """Seconds before and after the frames."""
-PATIENCE = 150.0
+PATIENCE = 600.0
 
 
 @dataclass(frozen=True)

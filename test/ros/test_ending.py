@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,17 @@ def test_at_any_moment_of_the_start(node: NodeProcess, number: signal.Signals, m
     assert "rror" not in node.log
 
 
+def compilers(cache: Path) -> list[str]:
+    """Return the processes that fill a cache."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if str(cache) in (process / "environ").read_text(errors="replace"):
+                found.append((process / "cmdline").read_text().replace("\0", " "))
+    return [command for command in found if "topo_region_seg.ros.kernels" in command]
+
+
+@pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="needs Linux's /proc")
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 def test_while_kernels_are_compiled(
     ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
@@ -60,8 +72,10 @@ def test_while_kernels_are_compiled(
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "empty"))
     node = NodeProcess(ros_domain + 50, tmp_path / "log.txt")
     node.wait_for_log("compiling the kernels")
+    assert compilers(tmp_path)
     assert node.stop(number) == 0
     assert "Traceback" not in node.log
+    until(lambda: not compilers(tmp_path), "the end of the process that compiles")
 
 
 PROGRAM = """

@@ -30,11 +30,13 @@ RVIZ = ROOT / "rviz" / "region_segmentation.rviz"
 SIDES = ("left", "right")
 SIM_TIME = ("-p", "use_sim_time:=false")
 MODULES = {"region_segmentation_node": "topo_region_seg.ros.node", "topo_region_seg": "topo_region_seg"}
+TWICE = ("namespace", "camera_name", "input", "params_file", "bag", "frame")
 ARGUMENTS = {
     ONE: {
         "namespace",
         "params_file",
         "camera",
+        "camera_name",
         "input",
         "log_level",
         "use_sim_time",
@@ -44,11 +46,12 @@ ARGUMENTS = {
         "fixed_frame",
     },
     TWO: {
+        "camera",
         "log_level",
         "use_sim_time",
         "rviz",
         "rviz_config",
-        *(f"{side}_{name}" for side in SIDES for name in ("namespace", "input", "params_file", "bag", "frame")),
+        *(f"{side}_{name}" for side in SIDES for name in TWICE),
     },
 }
 
@@ -97,7 +100,7 @@ def test_two_cameras_pass_every_argument_that_one_camera_has() -> None:
     passed = [dict(include.keywords["launch_arguments"]) for include in includes]
     # What is not passed to the second file would be what the first one was given.
     assert all(set(arguments) == ARGUMENTS[ONE] for arguments in passed)
-    shared = {"log_level", "use_sim_time", "rviz", "rviz_config"}
+    shared = {"camera", "log_level", "use_sim_time", "rviz", "rviz_config"}
     assert all(arguments[name].args == (name,) for arguments in passed for name in shared)
     namespaces = [arguments["namespace"].args[0] for arguments in passed]
     assert namespaces == ["left_namespace", "right_namespace"]
@@ -148,6 +151,25 @@ def test_without_a_camera_names_stay_relative_and_an_unknown_one_is_refused() ->
     assert remaps(node) == {name: name for name in INPUTS} and "input:=depth" in node
     with pytest.raises(RuntimeError, match="camera:=kinect: must be one of realsense, orbbec, zed, azure_kinect"):
         commands(ONE, ROOT, {"camera": "kinect"})
+
+
+NAMED = {
+    "realsense": ("/left/camera/depth/color/points", "/left/camera/color/image_raw"),
+    "orbbec": ("/left/depth_registered/points", "/left/color/image_raw"),
+    "zed": ("/left/zed_node/point_cloud/cloud_registered", "/left/zed_node/rgb/color/rect/image"),
+    "azure_kinect": ("/left/points2", "/left/rgb/image_raw"),
+    "depth_image_proc": ("/left/depth_registered/points", "/left/rgb/image_rect_color"),
+}
+
+
+@pytest.mark.parametrize("camera", NAMED)
+def test_two_cameras_of_one_driver_have_names_of_their_own(camera: str) -> None:
+    (single,) = commands(ONE, ROOT, {"camera": camera, "camera_name": "left"})
+    left, right = commands(TWO, ROOT, {"camera": camera, "left_input": "depth", "right_camera_name": "rear"})
+    assert (remaps(single)["points"], remaps(single)["color/image"]) == NAMED[camera]
+    assert remaps(left) == remaps(single)
+    assert remaps(right) == {name: topic.replace("/left/", "/rear/", 1) for name, topic in remaps(left).items()}
+    assert "input:=depth" in left and "input:=depth" not in right
 
 
 @pytest.mark.parametrize("file", ARGUMENTS, ids=lambda file: file.name)

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 
 from topo_region_seg.ros.qos_overrides import name_of
+from topo_region_seg.ros.rclpy_private import given_parameters
 
 FOLLOWED = (QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
 
@@ -62,7 +63,7 @@ class InputQuality:
         self._node = node
         self._topic = topic
         self.publishers = 0
-        overridden = {kind for kind in FOLLOWED if self.override(kind) in node._parameter_overrides}
+        overridden = {kind for kind in FOLLOWED if self.override(kind) in given_parameters(node)}
         self.overridable = [QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, *sorted(overridden)]
         self.followed = set(FOLLOWED) - overridden
         self._reliability = ReliabilityPolicy.RELIABLE

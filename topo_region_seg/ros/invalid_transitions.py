@@ -9,18 +9,19 @@ from typing import Any
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode
 
+from topo_region_seg.ros.rclpy_private import change_state_service, lifecycle_state
+
 
 def refuse_invalid_transitions(node: LifecycleNode) -> None:
     """Let the node's service answer that a transition is not possible; rclpy's own lets the error end the process."""
-    service = node._service_change_state
+    service = change_state_service(node)
     change_state = service.callback
 
     def answer(request: Any, response: Any) -> Any:
         try:
             return change_state(request, response)
         except rclpy_implementation.RCLError:
-            state = node._state_machine.current_state[1]
-            node.get_logger().warning(f"transition refused: not possible in state '{state}'")
+            node.get_logger().warning(f"transition refused: not possible in state '{lifecycle_state(node)}'")
             response.success = False
             return response
 

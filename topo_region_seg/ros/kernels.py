@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import subprocess
 import sys
@@ -46,10 +47,12 @@ def fill_cache(wanted: Callable[[], bool]) -> None:
         child = subprocess.Popen(COMPILE, env={**os.environ, "PYTHONPATH": path}, stdout=quiet, stderr=quiet)
     except OSError:
         return
+    atexit.register(child.kill)  # this thread may not live to do it
     while child.poll() is None:
         if not wanted():
             child.kill()
         time.sleep(0.05)
+    atexit.unregister(child.kill)
 
 
 def _mark() -> Path | None:

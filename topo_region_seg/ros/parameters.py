@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from topo_region_seg.parameter_table import ParameterError, ParameterTable, Row, checked
+from topo_region_seg.ros.rclpy_private import given_parameters
 
 P = TypeVar("P", bound=ParameterTable)
 
@@ -48,16 +49,17 @@ def declare(node: Node, table: type[P]) -> P:
     ParameterError
         If a value given at start has the wrong type, is out of range or contradicts another one.
     """
+    overrides = given_parameters(node)
     for row in table.table():
-        if (given := node._parameter_overrides.get(row.name)) is not None:
-            node._parameter_overrides[row.name] = _typed(row, given)
+        if (given := overrides.get(row.name)) is not None:
+            overrides[row.name] = _typed(row, given)
         try:
             if row.type is tuple:
                 _declare_list(node, row)
             else:
                 node.declare_parameter(row.name, row.default, descriptor(row))
         except ParameterException:
-            value = node._parameter_overrides[row.name].value
+            value = overrides[row.name].value
             # The table refuses the value too, and says best why.
             wanted = checked(row, value)
             raise ParameterError(f"{row.name} = {value!r}: is of another type than {wanted!r}") from None

@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyEnum, QoSPolicyK
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from topo_region_seg.parameter_table import ParameterError
+from topo_region_seg.ros.rclpy_private import declared_parameters, given_parameters
 
 PREFIX = "qos_overrides."
 OF_EVERY_NODE = ("/parameter_events", "/rosout", "/clock")
@@ -43,7 +44,7 @@ def overriding(
     for kind in kinds:
         policy = kind.name.lower()
         name = name_of(node.resolve_topic_name(topic), entity, policy)
-        if (given := node._parameter_overrides.get(name)) is None:
+        if (given := given_parameters(node).get(name)) is None:
             continue
         if policy in WORDS:
             words = [word for word in WORDS[policy].short_keys() if word != "unknown"]
@@ -59,9 +60,9 @@ def unused(node: Node, possible: Sequence[str]) -> list[str]:
 
     `possible` are names beside those declared that would be: some are declared only where they are given.
     """
-    declared = [*possible, *(name for name in node._parameters if name.startswith(PREFIX))]
+    declared = [*possible, *(name for name in declared_parameters(node) if name.startswith(PREFIX))]
     lines = []
-    for name in sorted(node._parameter_overrides):
+    for name in sorted(given_parameters(node)):
         elsewhere = name.startswith(tuple(f"{PREFIX}{topic}." for topic in OF_EVERY_NODE))
         if not name.startswith(PREFIX) or name in declared or elsewhere:
             continue

@@ -25,6 +25,7 @@ from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.parameter_names import unknown
 from topo_region_seg.ros.qos_overrides import unused
+from topo_region_seg.ros.rclpy_private import given_parameters, lifecycle_state
 from topo_region_seg.ros.reporter import diagnostics_publisher, wait_for_listeners, wait_until_heard
 from topo_region_seg.ros.transforms import Transforms
 from topo_region_seg.ros.warm_up import warm_up_kernels
@@ -67,7 +68,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
         self._params = parameters.declare(self, Params)
         self._node_params = parameters.declare(self, NodeParams)
         self._log = ReasonLog(self.get_logger(), lambda: self._node_params.warning_period)
-        for line in unknown(self._parameter_overrides):
+        for line in unknown(given_parameters(self)):
             self.get_logger().warning(line)
         self._cameras: list[Camera] = []
         self._transforms: Transforms | None = None
@@ -199,7 +200,7 @@ class RegionSegmentation(LifecycleNode):  # type: ignore[misc]  # rclpy is untyp
     @property
     def state(self) -> str:
         """Label of the present lifecycle state."""
-        return str(self._state_machine.current_state[1])
+        return lifecycle_state(self)
 
     def _make_cameras(self) -> None:
         """Have the cameras that the parameter names; one of the same name goes on with its counts."""

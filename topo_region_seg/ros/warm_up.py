@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 PATIENCE = 2.0
 """Seconds after which it is clear that kernels are being compiled, not loaded from the cache."""
 
-FAREWELL = 0.3
-"""Seconds for the thread to end the process that compiles."""
-
 UNWRITABLE = "no folder can be written to; set NUMBA_CACHE_DIR to one"
 
 
@@ -56,7 +53,6 @@ def warm_up_kernels(logger: RcutilsLogger, wanted: Callable[[], bool]) -> None:
     while thread.is_alive():
         thread.join(0.05)
         if not wanted():
-            thread.join(FAREWELL)
             raise ExternalShutdownException
         if not told and time.monotonic() - started > PATIENCE:
             told = True
