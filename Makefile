@@ -12,6 +12,7 @@ PYTHON ?= $(shell scripts/find_python.sh $(VERSIONS))
 
 VENV := $(CURDIR)/.venv
 UBUNTU := $(CURDIR)/.venv-ubuntu
+KILTED := $(CURDIR)/.venv-kilted
 STEP := scripts/step.sh
 PIP_FLAGS := --quiet --disable-pip-version-check --prefer-binary
 DECLARED := setup.py setup.cfg package.xml
@@ -22,7 +23,7 @@ export ROS_PYTHON_CHECK_FIELDS := 1
 export PYTHONUNBUFFERED := 1
 in_venv = env AMENT_PREFIX_PATH=$(1) PATH="$(1)/bin:$$PATH"
 
-.PHONY: help demo test test-ubuntu fuzz nightly mutants load soak lint types format docs site linkcheck bench bench-quick beyond worst pictures clean
+.PHONY: help demo test test-ubuntu test-kilted fuzz nightly mutants load soak lint types format docs site linkcheck bench bench-quick beyond worst pictures clean
 
 help: ## Show what can be made.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -41,6 +42,10 @@ ELSEWHERE := test_architecture test_colcon test_killed ros/test_launch offline/r
   test_documents
 test-ubuntu: .venv-ubuntu/ready-package ## The tests, with the numpy, scipy and numba of Ubuntu 24.04.
 	@$(STEP) "tests with what Ubuntu 24.04 ships" $(call in_venv,$(UBUNTU)) PYTHONSAFEPATH=1 $(UBUNTU)/bin/python -m pytest -p no:cacheprovider $(ELSEWHERE:%=--ignore=test/%.py)
+
+# What needs interface packages is left out: their generators come with Jazzy's wheels alone.
+test-kilted: .venv-kilted/ready-test ## The tests of the node with ROS 2 Kilted's rclpy and Fast DDS 3.
+	@$(STEP) "tests of the node with Kilted" $(call in_venv,$(KILTED)) $(KILTED)/bin/python -m pytest -p no:cacheprovider test/ros
 
 fuzz: .venv/ready-test ## Minutes of arbitrary messages for the decoder, the second half guided by coverage.
 	@$(STEP) "installing atheris" $(VENV)/bin/python -m pip install $(PIP_FLAGS) -e '.[fuzz]'
@@ -92,7 +97,7 @@ pictures: .venv/ready-demo ## Make the pictures of the documentation.
 	@$(STEP) "pictures" $(VENV)/bin/python docs/make_pictures.py
 
 clean: ## Remove the environments and everything made.
-	rm -rf .venv .venv-ubuntu build install log dist demo_output *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-ubuntu .venv-kilted build install log dist demo_output *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamps: made again when what the package declares changes.
@@ -125,6 +130,13 @@ clean: ## Remove the environments and everything made.
 	  $(STEP) "virtual environment .venv-ubuntu with $$python" $$python -m venv --clear $(UBUNTU)
 	@$(STEP) "installing what Ubuntu 24.04 ships, rclpy and the test tools into .venv-ubuntu (once)" \
 	  $(UBUNTU)/bin/python -m pip install $(PIP_FLAGS) -c constraints/ubuntu-24.04.txt setuptools '.[ros,demo,test]'
+	@touch $@
+
+.venv-kilted/ready-test: $(DECLARED)
+	@test -n "$(PYTHON)" || exit 1
+	@$(STEP) "virtual environment .venv-kilted with $(PYTHON)" $(PYTHON) -m venv --clear $(KILTED)
+	@$(STEP) "installing the package, Kilted's rclpy and Fast DDS, and pytest into .venv-kilted (once)" \
+	  $(KILTED)/bin/python -m pip install $(PIP_FLAGS) -e '.[ros-kilted,test]'
 	@touch $@
 
 .venv-ubuntu/ready-package: .venv-ubuntu/ready-test $(SOURCES)

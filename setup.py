@@ -66,6 +66,11 @@ setup(
             "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
             "ros-jazzy-common-interfaces==5.3.6",
         ],
+        "ros-kilted": [
+            "ros-kilted-rclpy[fastrtps]==9.1.2",
+            "ros-kilted-rmw-fastrtps-cpp==9.3.3",
+            "ros-kilted-common-interfaces==5.5.1",
+        ],
         # Tests build vision_msgs from its definitions, with cmake and g++: PyPI has no wheel of it. The first of these
         # packages lack what they need themselves, so all are named.
         "interfaces": [

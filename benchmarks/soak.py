@@ -3,8 +3,10 @@
 """Minutes of trouble for one running node, to see whether it loses, leaks or miscounts anything.
 
 ``python -m benchmarks.soak --minutes 10`` sends VGA clouds at 30 Hz, one in fifty of them malformed, with bursts,
-changes of parameters (valid and not), publishers that come and go, and a full lifecycle cycle every minute. It
-writes ``docs/soak.md`` and a JSON file beside the other results; the exit status is 0 if every promise was kept.
+changes of parameters (valid and not), publishers that come and go, and a full lifecycle cycle every minute. With
+``--input depth`` it sends depth and color images, a restarted camera has another size, and transforms get lost and
+come back. It writes ``docs/soak.md``, or ``docs/soak_depth.md``, and a JSON file beside the other results; the exit
+status is 0 if every promise was kept.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from typing import Any
 
 from benchmarks.machine import describe
 from benchmarks.soak_client import SoakClient
-from benchmarks.soak_frames import bad_frames, good_frames
+from benchmarks.soak_frames import SIZES, bad_frames, good_frames
 from benchmarks.soak_process import NodeUnderWatch
 from benchmarks.soak_report import markdown, verdict
 
@@ -31,6 +33,8 @@ ROOT = Path(__file__).resolve().parent.parent
 BAD_ONE_IN = 50
 BURST = 15
 """Clouds without a pause between them."""
+WITHOUT = 10
+"""Frames that come while there is no transform."""
 SETTLE = 1.5
 """Seconds without clouds, so that what was sent is processed."""
 DOMAIN = 97
@@ -54,19 +58,27 @@ INVALID: tuple[dict[str, Any], ...] = (
 class Soak:
     """The plan: what happens when, and the counts of what was done."""
 
-    def __init__(self, client: SoakClient, watch: NodeUnderWatch, hz: float) -> None:
+    def __init__(self, client: SoakClient, watch: NodeUnderWatch, hz: float, kind: str) -> None:
         self._client = client
         self._watch = watch
         self._hz = hz
-        self._good, self._bad = good_frames(), bad_frames()
+        self._kind = kind
+        self._sizes = [good_frames(kind, size) for size in (SIZES if kind == "depth" else SIZES[:1])]
+        self._good, self._bad = self._sizes[0], bad_frames(kind)
+        self.due: set[int] = set()
         self._random = random.Random(1)
         self._sent = 0
         self.done = {"good": 0, "malformed": 0, "bursts": 0, "parameter sets": 0, "refused sets": 0}
         self.done |= {"publisher restarts": 0, "lifecycle cycles": 0}
+        if kind == "depth":
+            self.done |= {"other sizes": 0, "times without transforms": 0}
 
     def run(self, seconds: float) -> float:
         """Send clouds for so long, with everything that the plan holds in between; return the clouds a second."""
         plan = {self._parameters: 5.0, self._burst: 11.0, self._restart_publisher: 23.0, self._cycle: 60.0}
+        if self._kind == "depth":
+            plan[self._lose_transforms] = 31.0
+            self._client.place_camera(known=True)
         start = time.monotonic()
         due = {action: start + (period if period < 60 else min(period, seconds / 2)) for action, period in plan.items()}
         self._client.connect()
@@ -88,10 +100,13 @@ class Soak:
         self._send_alone()
         return self._sent / sending if sending else 0.0
 
-    def _send(self) -> None:
+    def _send(self, due: bool = True) -> None:
+        """Send the next frame; `due` says whether it has to be answered if it is a good one."""
         self._sent += 1
         bad = self._sent % BAD_ONE_IN == 0
         self.done["malformed" if bad else "good"] += 1
+        if due and not bad:
+            self.due.add(self._sent)
         self._client.send(self._sent, self._random.choice(self._bad if bad else self._good))
 
     def _send_alone(self) -> None:
@@ -103,8 +118,20 @@ class Soak:
 
     def _burst(self) -> None:
         for _ in range(BURST):
-            self._send()
+            self._send(due=False)
         self.done["bursts"] += 1
+
+    def _lose_transforms(self) -> None:
+        """Have no transform for a second, then have them again."""
+        self._send_alone()
+        self._client.place_camera(known=False)
+        time.sleep(0.2)
+        for _ in range(WITHOUT):
+            self._send(due=False)
+            time.sleep(1.0 / WITHOUT)
+        self._client.place_camera(known=True)
+        self._send_alone()
+        self.done["times without transforms"] += 1
 
     def _parameters(self) -> None:
         count = self.done["parameter sets"]
@@ -119,9 +146,12 @@ class Soak:
         self._send_alone()
         self._client.disconnect()
         time.sleep(0.5)
+        self.done["publisher restarts"] += 1
+        if len(self._sizes) > 1:
+            self._good = self._sizes[self.done["publisher restarts"] % len(self._sizes)]
+            self.done["other sizes"] += 1
         self._client.connect()
         self._send_alone()
-        self.done["publisher restarts"] += 1
 
     def _cycle(self) -> None:
         self._send_alone()
@@ -136,16 +166,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the soak test; return 0 if every promise was kept, else 1."""
     parser = argparse.ArgumentParser("python -m benchmarks.soak", description=__doc__.split("\n")[0])
     parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--input", choices=("points", "depth"), default="points", help="what the camera sends")
     parser.add_argument("--hz", type=float, default=30.0, help="clouds a second")
     parser.add_argument("--json", type=Path, default=ROOT / "benchmarks" / "results" / "soak.json")
-    parser.add_argument("--page", type=Path, default=ROOT / "docs" / "soak.md")
+    parser.add_argument("--page", type=Path, help="docs/soak.md, for depth images docs/soak_depth.md")
     args = parser.parse_args(argv)
+    depth = args.input == "depth"
+    page = args.page or ROOT / "docs" / ("soak_depth.md" if depth else "soak.md")
+    parameters = ("input:=depth", "base_frame:=base_link") if depth else ()
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    with tempfile.TemporaryDirectory() as folder, NodeUnderWatch(DOMAIN, Path(folder) / "node.log") as watch:
-        client = SoakClient(DOMAIN)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        NodeUnderWatch(DOMAIN, Path(folder) / "node.log", *parameters) as watch,
+    ):
+        client = SoakClient(DOMAIN, args.input)
         try:
             client.wait_for_node()
-            soak = Soak(client, watch, args.hz)
+            soak = Soak(client, watch, args.hz, args.input)
             reached = soak.run(60.0 * args.minutes)
             figures = client.final_figures()
         finally:
@@ -155,12 +192,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     result = {
         "machine": describe(),
         "minutes": args.minutes,
+        "input": args.input,
         "hz": {"wanted": args.hz, "reached": round(reached, 1)},
         "done": soak.done,
         "node": figures,
         "latency_ms": client.latencies(),
         "service_ms": client.service_times(),
-        "labels_received": client.answered,
+        "labels_received": len(client.answered),
+        "due": len(soak.due),
+        "due_and_answered": len(soak.due & client.answered),
         "process": watch.summary(),
         "exit_status": status,
         "tracebacks": log.count("Traceback"),
@@ -169,9 +209,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     result["verdict"] = verdict(result)
     args.json.parent.mkdir(parents=True, exist_ok=True)
     args.json.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-    page = markdown(result)
-    args.page.write_text(page, encoding="utf-8")
-    print(page)
+    text = markdown(result)
+    page.write_text(text, encoding="utf-8")
+    print(text)
     if not all(kept for _, kept, _ in result["verdict"]):
         print(log[-4000:], file=sys.stderr)
         return 1

@@ -13,33 +13,45 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TransformStamped
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import PointCloud2
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+
+from benchmarks.soak_frames import Frame
+from benchmarks.tabletops import FRAME
 
 NODE = "/region_segmentation"
-PATIENCE = 180.0
+PATIENCE = 600.0
 """Seconds; the first start compiles the kernels."""
+KINDS: dict[str, dict[str, Any]] = {
+    "points": {"points": PointCloud2},
+    "depth": {"depth/camera_info": CameraInfo, "color/image": Image, "depth/image": Image},
+}
+"""What a camera publishes."""
 
 
 class SoakClient:
     """A node with an executor on a thread of its own."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, domain: int, kind: str = "points") -> None:
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self._node = rclpy.create_node("soak", context=self._context)
-        self._publisher: Publisher | None = None
+        self._kinds = KINDS[kind]
+        self._publishers: dict[str, Publisher] = {}
+        latched = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._transforms = self._node.create_publisher(TransformStamped, "/tf_standin", latched)
         self._sent_at: dict[int, float] = {}
         self._latencies: list[float] = []
         self._services: list[float] = []
         self._figures: dict[str, str] = {}
-        self.answered = 0
+        self.answered: set[int] = set()
         # Labels are taken as bytes: only the stamp at their head is of interest.
         self._node.create_subscription(PointCloud2, "labeled_points", self._hear, QoSProfile(depth=10), raw=True)
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._note, 10)
@@ -61,26 +73,36 @@ class SoakClient:
         _wait(lambda: self._figures.get("state") == "active", "the node to become active")
 
     def connect(self) -> None:
-        """Create a publisher of clouds and wait until the node hears it."""
-        self._publisher = self._node.create_publisher(PointCloud2, "points", QoSProfile(depth=1))
+        """Create the publishers of a camera and wait until the node hears them."""
+        for topic, kind in self._kinds.items():
+            self._publishers[topic] = self._node.create_publisher(kind, topic, QoSProfile(depth=1))
         self.wait_until_matched()
 
     def wait_until_matched(self) -> None:
         """Wait until publisher and node know each other."""
-        publisher = self._publisher
-        assert publisher is not None
-        _wait(lambda: publisher.get_subscription_count() == 1, "the node to subscribe")
+        for publisher in self._publishers.values():
+            _wait(lambda heard=publisher: heard.get_subscription_count() == 1, "the node to subscribe")
         time.sleep(0.5)  # the other side may learn of it later
 
     def disconnect(self) -> None:
-        """Destroy the publisher."""
-        self._node.destroy_publisher(self._publisher)
+        """Destroy the publishers."""
+        for publisher in self._publishers.values():
+            self._node.destroy_publisher(publisher)
+        self._publishers.clear()
 
-    def send(self, number: int, frame: bytes) -> None:
-        """Send a serialized cloud with `number` for the seconds of its stamp."""
-        assert self._publisher is not None
+    def send(self, number: int, frame: Frame) -> None:
+        """Send a serialized frame with `number` for the seconds of its stamp."""
         self._sent_at[number] = time.monotonic()
-        self._publisher.publish(frame[:4] + struct.pack("<i", number) + frame[8:])
+        for topic, data in frame.items():
+            self._publishers[topic].publish(data[:4] + struct.pack("<i", number) + data[8:])
+
+    def place_camera(self, known: bool) -> None:
+        """Say where the camera is, or have all transforms forgotten."""
+        msg = TransformStamped(child_frame_id=FRAME if known else "clear")
+        msg.header.frame_id = "base_link"
+        msg.transform.rotation.x = 1.0  # it looks down
+        msg.transform.translation.z = 1.0
+        self._transforms.publish(msg)
 
     def set_parameters(self, values: Mapping[str, Any]) -> bool:
         """Set parameters at once; return whether the node took them."""
@@ -119,7 +141,7 @@ class SoakClient:
 
     def _hear(self, data: bytes) -> None:
         number = struct.unpack_from("<i", data, 4)[0]
-        self.answered += 1
+        self.answered.add(number)
         self._latencies.append(1e3 * (time.monotonic() - self._sent_at.pop(number)))
         for old in [key for key in list(self._sent_at) if key < number]:  # another thread adds to it
             del self._sent_at[old]

@@ -15,6 +15,8 @@ from types import TracebackType
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
+STANDIN = ROOT / "test" / "standin"
+"""Where tf2_ros is looked for first: what the tests have in its place forgets transforms when it is told to."""
 WARM = 0.2
 """Share of the run after which buffers and pools have found their size."""
 SPAN = 0.1
@@ -24,10 +26,12 @@ SPAN = 0.1
 class NodeUnderWatch:
     """`region_segmentation_node` as a child, sampled while it runs; a context manager."""
 
-    def __init__(self, domain: int, log_file: Path) -> None:
+    def __init__(self, domain: int, log_file: Path, *parameters: str) -> None:
         self._log_file = log_file
-        env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": str(ROOT)}
-        command = [sys.executable, "-m", "topo_region_seg.ros.node"]
+        path = os.pathsep.join([str(STANDIN), str(ROOT)])
+        env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "PYTHONPATH": path}
+        command = [sys.executable, "-m", "topo_region_seg.ros.node", "--ros-args"]
+        command += [text for parameter in parameters for text in ("-p", parameter)]
         with log_file.open("w") as log:
             self._process = subprocess.Popen(command, cwd=log_file.parent, env=env, stdout=log, stderr=log)
         self._samples: list[tuple[float, float]] = []

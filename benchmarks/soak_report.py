@@ -8,6 +8,7 @@ from typing import Any
 
 MEMORY_GROWTH_PERCENT = 3.0
 SERVICE_MS = 100.0
+ANSWERED_PERCENT = 95.0
 
 Verdict = list[tuple[str, bool, str]]
 
@@ -38,6 +39,11 @@ def verdict(result: dict[str, Any]) -> Verdict:
             f"{sent} = {received} + {lost}",
         ),
         (
+            f"at least {ANSWERED_PERCENT:g} % of the good frames are answered, but for bursts and lost transforms",
+            100.0 * result["due_and_answered"] >= ANSWERED_PERCENT * result["due"],
+            f"{result['due_and_answered']} of {result['due']}",
+        ),
+        (
             "no internal error",
             "rejected: internal_error" not in node,
             ", ".join(f"{key} {value}" for key, value in node.items() if key.startswith("rejected: ")) or "none",
@@ -60,10 +66,12 @@ def verdict(result: dict[str, Any]) -> Verdict:
 def markdown(result: dict[str, Any]) -> str:
     """Return the page."""
     machine, node, done = result["machine"], result["node"], result["done"]
+    depth = result["input"] == "depth"
+    options, frames = (" --input depth", "depth and color images") if depth else ("", "clouds of 4.9 MB")
     lines = [
-        "# Soak test",
+        "# Soak test with depth images" if depth else "# Soak test",
         "",
-        f"`python -m benchmarks.soak --minutes {result['minutes']:g}` wrote this page: one node, VGA clouds of 4.9 MB"
+        f"`python -m benchmarks.soak --minutes {result['minutes']:g}{options}` wrote this page: one node, VGA {frames}"
         f" at {result['hz']['wanted']:g} Hz",
         f"(reached: {result['hz']['reached']:g} Hz; sender and node share the machine), one in fifty malformed.",
         f"{machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, commit {machine['commit']}.",

@@ -23,6 +23,7 @@ TOOLS = "tools"
 PURPOSES = {
     "": "the tools",
     "ros": "the node without a ROS installation",
+    "ros-kilted": "the same, of Kilted",
     "interfaces": "messages that tests build",
     "demo": "`make demo`",
     "dask": "`evaluate` and `sweep` on many cores or machines",
@@ -38,6 +39,9 @@ STATED_ELSEWHERE = {
     "ros-jazzy-rclpy": "Apache-2.0",
     "ros-jazzy-rmw-fastrtps-cpp": "Apache-2.0",
     "ros-jazzy-common-interfaces": "Apache-2.0",
+    "ros-kilted-rclpy": "Apache-2.0",
+    "ros-kilted-rmw-fastrtps-cpp": "Apache-2.0",
+    "ros-kilted-common-interfaces": "Apache-2.0",
     "ros-jazzy-ament-package": "Apache-2.0",
     "ros-jazzy-ament-cmake": "Apache-2.0",
     "ros-jazzy-ament-cmake-include-directories": "Apache-2.0",

@@ -19,6 +19,9 @@ from benchmarks.soak_report import markdown, verdict
 GOOD: dict[str, Any] = {
     "machine": {"cpu": "a", "cores": 2, "python": "3", "commit": "c"},
     "minutes": 1,
+    "input": "points",
+    "due": 90,
+    "due_and_answered": 86,
     "hz": {"wanted": 30, "reached": 30},
     "done": {"good": 98, "malformed": 2},
     "node": {
@@ -58,6 +61,7 @@ def test_good_figures_keep_every_promise() -> None:
         (("tracebacks",), 1, "no crash"),
         (("node", "clouds processed"), "49", "every cloud received"),
         (("done", "good"), 99, "every cloud sent"),
+        (("due_and_answered",), 85, "at least 95 %"),
         (("node", "rejected: internal_error"), "1", "no internal error"),
         (("process", "memory_mb", "growth_percent"), 3.5, "memory"),
         (("process", "threads", "end"), 11, "no thread"),

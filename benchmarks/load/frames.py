@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from benchmarks.tabletops import FRAME, camera, seen
 from topo_region_seg.offline.bags.types import typestore
-from topo_region_seg.offline.simulation import Camera, simulate, tabletop
 from topo_region_seg.offline.simulation.images import COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC, image_messages
 from topo_region_seg.offline.simulation.recording import camera_cloud, make_header
 
@@ -20,11 +20,9 @@ def write_frames(folder: Path, width: int, height: int) -> None:
     """Write each message of some frames to a file ``NUMBER.TOPIC.cdr``, with + for / in the topic."""
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(FRAMES):
-        camera = Camera.kinect(width, height)
-        cloud = simulate(tabletop(number), camera, number).cloud
-        header = make_header(number, "camera_depth_optical_frame")
+        cloud, header = seen(number, width, height), make_header(number, FRAME)
         _write(folder, number, "points", camera_cloud(header, cloud))
-        for topic, msg in image_messages(header, cloud, camera):
+        for topic, msg in image_messages(header, cloud, camera(width, height)):
             _write(folder, number, TOPICS[topic], msg)
 
 

@@ -50,7 +50,7 @@ def test_every_transition_by_its_service(start: Callable[..., NodeProcess], clie
     node = start("-p", "autostart:=false", "-p", "input_timeout:=0.0")
     assert client.state() == "unconfigured"
     assert not client.change_state(Transition.TRANSITION_ACTIVATE), "not possible yet, and no reason to die"
-    assert "transition refused" in node.log
+    assert "transition refused" in node.log or "Unable to start transition" in node.log, "rclpy's own, from Kilted on"
     assert client.state() == "unconfigured"
 
     msg = cloud_message(np.random.default_rng(1).random((100, 3)), np.zeros((100, 3), np.uint8))

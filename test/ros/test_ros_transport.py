@@ -35,10 +35,19 @@ def test_as_many_processes_are_found_as_without_it() -> None:
     assert peers == [32, 32], "what rmw_fastrtps_cpp takes; Fast DDS itself takes 4"
 
 
-def test_it_is_used_where_nothing_else_is_chosen() -> None:
-    environment: dict[str, str] = {}
+@pytest.mark.parametrize(
+    ("library", "variable"), [("libfastrtps.so.2.14", VARIABLES[0]), ("libfastdds.so.3.2", VARIABLES[1])]
+)
+def test_it_is_used_where_nothing_else_is_chosen(
+    library: str, variable: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "other"))
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / library).touch()
+    given = {"AMENT_PREFIX_PATH": os.pathsep.join([str(tmp_path / "none"), str(tmp_path)])}
+    environment = dict(given)
     assert use_shared_memory_for_clouds(environment) is None
-    assert environment == dict.fromkeys(VARIABLES, str(PROFILES))
+    assert environment == {**given, variable: str(PROFILES)}
 
 
 @pytest.mark.parametrize("name", [*VARIABLES, TRANSPORTS])

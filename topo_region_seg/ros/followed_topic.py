@@ -25,7 +25,7 @@ from rclpy.subscription import Subscription
 from topo_region_seg.ros.feed import Feed
 from topo_region_seg.ros.input_quality import FOLLOWED, InputQuality
 from topo_region_seg.ros.qos_overrides import overriding
-from topo_region_seg.ros.transport import PROFILES, VARIABLES, fast_dds
+from topo_region_seg.ros.transport import PROFILES, fast_dds, profiles_variable
 
 OVERLAP_SECONDS = 1.0
 """How long an old subscription outlives its successor: publishers must have discovered the new one by then."""
@@ -174,8 +174,7 @@ class FollowedTopic:
     def _count_lost(self, event: QoSMessageLostInfo) -> None:
         if self._counts:
             self._statistics.lost(event.total_count_change)
-        name = f"{VARIABLES[0]} (from Kilted on {VARIABLES[1]})"
-        segment = f", or start the publisher with {name}={PROFILES}" if fast_dds() else ""
+        segment = f", or start the publisher with {profiles_variable()}={PROFILES}" if fast_dds() else ""
         self._log.throttled(
             "lost_in_transport",
             f"{self._what} are lost between publisher and node on {self.topic} ({self._present} QoS); "

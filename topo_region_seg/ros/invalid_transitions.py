@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Lifecycle transitions that the present state does not have: refused, where rclpy would end the process."""
+"""Lifecycle transitions that the present state does not have: refused, where Jazzy's rclpy would end the process."""
 
 from __future__ import annotations
 

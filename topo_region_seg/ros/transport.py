@@ -9,7 +9,8 @@ twenty times for its reader; a tenth of a second passes and frames are lost on t
 from __future__ import annotations
 
 import os
-from collections.abc import MutableMapping
+import sys
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 from topo_region_seg.ros.dead_segments import remove_dead_segments
@@ -19,7 +20,8 @@ PROFILES = Path(__file__).with_name("fastdds.xml")
 SEGMENT = 32 << 20
 """Size of the segment that they ask for, bytes."""
 VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
-"""What names the file: to Jazzy's Fast DDS 2, and to Kilted's Fast DDS 3. Neither reads the other's."""
+"""What names the file: to Jazzy's Fast DDS 2, which knows no other, and to Kilted's Fast DDS 3, which warns of it."""
+FAST_DDS_3 = "libfastdds.so*"
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 IN_FOLDER = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")
 SHARED_MEMORY = Path("/dev/shm")
@@ -74,5 +76,12 @@ def use_shared_memory_for_clouds(environment: MutableMapping[str, str] | None = 
             f"{SHARED_MEMORY} has {free >> 20} MB left, less than {2 * SEGMENT >> 20}; "
             "end processes that use it, or start the container with --shm-size=512m"
         )
-    environment.update(dict.fromkeys(VARIABLES, str(PROFILES)))
+    environment[profiles_variable(environment)] = str(PROFILES)
     return None
+
+
+def profiles_variable(environment: Mapping[str, str] | None = None) -> str:
+    """Return the variable that names the file to the Fast DDS that is installed."""
+    environment = os.environ if environment is None else environment
+    prefixes = [*filter(None, environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)), sys.prefix]
+    return VARIABLES[any(any(Path(prefix, "lib").glob(FAST_DDS_3)) for prefix in prefixes)]
