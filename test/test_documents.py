@@ -166,7 +166,7 @@ def test_parameter_table_is_that_of_the_code() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_shown_output_is_what_the_tools_print() -> None:
-    """Words and layout are compared; figures are not, as most of them are times. Where long times fold a table, words."""
+    """Words and layout are compared; figures are not, as most are times. Where long times fold a table, words."""
     scripts = runpy.run_path(str(ROOT / "scripts" / "write_documents.py"))
 
     def lines(text: str) -> list[str]:
