@@ -11,7 +11,7 @@ import numpy as np
 from topo_region_seg.beyond.adjacency import adjacency
 from topo_region_seg.beyond.objects.grid_objects import objects_of_points
 from topo_region_seg.beyond.objects.unite import unite_objects
-from topo_region_seg.beyond.supervoxels.patches import supervoxels
+from topo_region_seg.beyond.supervoxels.patches import supervoxels, supervoxels_of_blocks
 from topo_region_seg.clock import Clock
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.partition import count_off
@@ -56,10 +56,8 @@ class Segmentation:
         unless labels are kept over frames.
     regions : RegionTable
         Properties of the regions.
-    barcode : Barcode
-        The H0 barcode of the preprocessed points.
-    components : Components
-        Exact components and deaths of the preprocessed points, before small regions were dealt with.
+    point_labels : (M,) uint32
+        Label of every preprocessed point.
     index : (M,) int64
         Row of the preprocessed points in the input (of the first point of a voxel where the cloud was thinned).
     features : Features
@@ -81,8 +79,7 @@ class Segmentation:
 
     labels: LabelArray
     regions: RegionTable
-    barcode: Barcode
-    components: Components
+    point_labels: LabelArray
     index: IntArray
     features: Features
     plane: Plane | None
@@ -91,6 +88,31 @@ class Segmentation:
     filtered: FilteredCloud = field(repr=False)
     ms: dict[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
+
+    @property
+    def components(self) -> Components:
+        """Exact components and deaths of the preprocessed points, before small regions were dealt with.
+
+        The filtration runs when they are first asked for, where the output needs none: supervoxels of images.
+        """
+        return self.filtered.components
+
+    @property
+    def barcode(self) -> Barcode:
+        """The H0 barcode of the preprocessed points; like the components it may take a filtration."""
+        return Barcode(
+            xyz=self.points,
+            birth=np.zeros(len(self.point_labels)),
+            death=self.components.death,
+            label=self.point_labels,
+            steps=self.params.filtration_steps,
+            max_radius=self.components.max_radius,
+        )
+
+    @property
+    def points(self) -> FloatArray:
+        """Positions of the preprocessed points, (M, 3), metres, in the frame of the input."""
+        return positions_of_input(self.filtered, self.filtered.xyz)
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -141,7 +163,7 @@ class Segmentation:
         """
         if (radius is None) == (regions is None):
             raise ValueError("give either radius or regions")
-        last = self.components.max_radius
+        last = self.filtered.growth.max_radius
         if radius is None:
             radius = _scale_with(self.filtered, self.params, int(regions or 0))
         elif not 0.0 < radius <= last:
@@ -170,29 +192,28 @@ class Segmentation:
             raise ValueError(f"radius is {radius}, must be above 0 m")
         elif not np.array_equal(positions, filtered.xyz):
             positions, tree = filtered.xyz, position_tree(filtered.xyz)
-        return adjacency(positions, self.barcode.label, tree, radius)
+        return adjacency(positions, self.point_labels, tree, radius)
 
     def divided(self, region: IntArray) -> Segmentation:
         """Return this segmentation with other regions of the preprocessed points, (M,), from 0; -1 for none."""
-        components = components_at(self.filtered, self.scale)
-        return _described(self.filtered, region, components, self.params, self.scale, Clock(self.ms))
+        return _described(self.filtered, region, self.params, self.scale, Clock(self.ms))
 
 
 def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock: Clock) -> Segmentation:
     """Return the segmentation of a cloud at a scale, metres."""
     with clock(STAGES[params.output]):
-        components = components_at(filtered, scale)
-        region, confidence = _regions(filtered, components, params, scale)
+        region, confidence = _regions(filtered, params, scale)
     with clock("regions"):
-        return _described(filtered, region, components, params, scale, clock, confidence)
+        return _described(filtered, region, params, scale, clock, confidence)
 
 
-def _regions(
-    filtered: FilteredCloud, components: Components, params: Params, scale: float
-) -> tuple[IntArray, FloatArray | None]:
+def _regions(filtered: FilteredCloud, params: Params, scale: float) -> tuple[IntArray, FloatArray | None]:
     """Return the region of each preprocessed point, counted from 0; -1 for none; and the confidence of each region."""
-    channels, tree, weight = filtered.channels, filtered.tree, filtered.weight
+    channels, weight = filtered.channels, filtered.weight
     normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
+    if filtered.blocks is not None:
+        return supervoxels_of_blocks(filtered.xyz, channels, filtered.blocks, weight, limits, params), None
+    tree, components = filtered.tree, components_at(filtered, scale)
     if params.output == "supervoxels":
         return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params), None
     if params.output == "objects" and filtered.scene is not None and normals is not None:
@@ -209,14 +230,13 @@ def _regions(
 def _described(
     filtered: FilteredCloud,
     region: IntArray,
-    components: Components,
     params: Params,
     scale: float,
     clock: Clock,
     confidence: FloatArray | None = None,
 ) -> Segmentation:
-    whole = filtered.components
     labels = number_regions(filtered.xyz, region, filtered.weight)
+    components = None if params.output == "supervoxels" else components_at(filtered, scale)
     table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components)
     if confidence is not None:
         known = np.flatnonzero(region >= 0)
@@ -229,15 +249,7 @@ def _described(
     return Segmentation(
         labels=labels_of_input(filtered, labels),
         regions=replace(table, centroid=centroid, minimum=minimum, maximum=maximum),
-        barcode=Barcode(
-            xyz=positions_of_input(filtered, filtered.xyz),
-            birth=np.zeros(len(labels)),
-            death=whole.death,
-            label=labels,
-            steps=params.filtration_steps,
-            max_radius=whole.max_radius,
-        ),
-        components=whole,
+        point_labels=labels,
         index=filtered.index,
         features=filtered.features,
         plane=filtered.plane,
@@ -256,7 +268,7 @@ def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
         return scale_with_kept_regions(*given)
 
     def count_at(scale: float) -> int:
-        region, _ = _regions(filtered, filtered.components.cut(scale), params, scale)
+        region, _ = _regions(filtered, params, scale)
         return int(np.max(region, initial=-1)) + 1
 
     return scale_with_merged_regions(*given, count_at)

@@ -26,13 +26,14 @@ def number_regions(xyz: FloatArray, region: IntArray, weight: IntArray) -> Label
 
 
 def describe_regions(
-    xyz: FloatArray, features: Features, labels: LabelArray, weight: IntArray, components: Components
+    xyz: FloatArray, features: Features, labels: LabelArray, weight: IntArray, components: Components | None
 ) -> RegionTable:
     """Compute size, centroid, box, mean color, mean normal and persistence of every region."""
     n_regions = int(np.max(labels, initial=0))
     lab = np.full_like(xyz, np.nan) if features.lab is None else features.lab
     normals = np.full_like(xyz, np.nan) if features.normals is None else features.normals
-    size, sums, low, high, growth = region_sums(labels, weight, xyz, lab, normals, components.death, n_regions)
+    death = np.full(len(labels), np.inf) if components is None else components.death
+    size, sums, low, high, growth = region_sums(labels, weight, xyz, lab, normals, death, n_regions)
     # Points without a normal do not count in the mean; where none has one there is no direction.
     length = np.linalg.norm(sums[:, 6:9], axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
@@ -45,7 +46,7 @@ def describe_regions(
         maximum=high,
         mean_lab=sums[:, 3:6] / size[:, None],
         mean_normal=direction,
-        persistence=components.max_radius - growth,
+        persistence=np.full(n_regions, np.nan) if components is None else components.max_radius - growth,
         confidence=np.full(n_regions, np.nan),
     )
 
