@@ -18,7 +18,7 @@ from topo_region_seg.beyond.objects.frame import frame_scene, free_points, groov
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
-from topo_region_seg.beyond.supervoxels.blocks import image_blocks, takes_blocks, widest_block
+from topo_region_seg.beyond.supervoxels.blocks import image_blocks, takes_blocks
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud import depth_image
 from topo_region_seg.cloud.placing import Transform, moved
@@ -129,8 +129,8 @@ class Pipeline:
             exact = growth.uses_color and growth.color[1] < AVERAGED
             thinned = at = None
             if takes_blocks(params, cloud, len(xyz)):
-                size, widest = (cloud.height, cloud.width), widest_block(params)
-                thinned, at, inside = image_blocks(xyz, rgb, rows, size, widest, mix_colors=not exact)
+                size = cloud.height, cloud.width
+                thinned, at, inside = image_blocks(xyz, rgb, rows, size, params, mix_colors=not exact)
                 rows = rows if inside is None else rows[inside]
             elif scene is None:
                 thinned = thin_for(params, xyz, rgb, mix_colors=not exact)

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 import topo_region_seg as trs
 from topo_region_seg.beyond.supervoxels.block_edges import AROUND, block_edges, joined_along
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
-from topo_region_seg.beyond.supervoxels.blocks import STRAY, image_blocks
+from topo_region_seg.beyond.supervoxels.blocks import STRAY, block_width, image_blocks
 from topo_region_seg.compiled.predicate import edge_length
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import growth_of_regions
@@ -40,7 +40,8 @@ def image(seed: int = 0, noise: float = 0.0003) -> Cloud:
 def blocks_of(cloud: Cloud, side: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], object]:
     rows = np.flatnonzero(np.isfinite(cloud.xyz).all(axis=1))
     xyz = cloud.xyz[rows].astype(np.float64)
-    found = image_blocks(xyz, cloud.rgb[rows], rows, (HEIGHT, WIDTH), (side + 0.5) * ANGLE * 0.8)
+    params = PARAMS.replace(voxel_size=(side + 0.5) * ANGLE * 0.8 / 1.75)
+    found = image_blocks(xyz, cloud.rgb[rows], rows, (HEIGHT, WIDTH), params)
     return xyz, rows, found
 
 
@@ -152,6 +153,16 @@ def test_images_of_few_points(left: int) -> None:
     xyz[100 : 100 + left] = cloud.xyz[100 : 100 + left]
     labels = trs.Pipeline(PARAMS).run(Cloud(xyz, cloud.rgb, HEIGHT, WIDTH), lambda code, text: None).labels
     assert labels.shape == (HEIGHT * WIDTH,) and np.count_nonzero(labels) <= left
+
+
+@pytest.mark.parametrize(
+    ("count", "pixel", "pixels"), [(300_000, 0.0015, 2), (300_000, 0.003, 2), (300_000, 0.005, 1), (60_000, 0.003, 1)]
+)
+def test_blocks_are_wider_where_many_would_be_left_but_narrow_beside_patches(
+    count: int, pixel: float, pixels: int
+) -> None:
+    assert int(block_width(PARAMS, count, pixel) / pixel + 1e-6) == pixels
+    assert block_width(PARAMS.replace(voxel_size=0.0), count, pixel) == 0.0
 
 
 def test_images_without_color_and_without_thinning() -> None:

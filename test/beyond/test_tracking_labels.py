@@ -21,6 +21,7 @@ from topo_region_seg.beyond.tracking.labels import LARGEST, LabelPool
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.beyond.tracking.tracks import Tracks
 from topo_region_seg.data import Cloud, RegionTable, SegmentationWarning
+from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation
 
@@ -57,7 +58,7 @@ def stripes(things: Iterable[int], params: Params = PARAMS, points: int = 4) -> 
         plane=None,
         params=params,
         scale=0.02,
-        filtered=SimpleNamespace(xyz=xyz, sensor=np.zeros(3)),  # type: ignore[arg-type]
+        filtered=SimpleNamespace(xyz=xyz, sensor=np.zeros(3), growth=growth_of_regions(params)),  # type: ignore[arg-type]
     )
     return Cloud(xyz, None, 1, len(xyz)), seg
 

@@ -12,7 +12,7 @@ from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.compiled.union_find import find
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray, IntArray
 
-AROUND = np.array([(v, u) for v in range(-2, 3) for u in range(-2, 3) if 0 < v * v + u * u <= 8], np.int64)
+AROUND = np.array([(v, u) for v in range(-2, 3) for u in range(-2, 3) if 0 < v * v + u * u <= 5], np.int64)
 """Blocks that a point has edges to, in rows and columns from its own."""
 
 

@@ -8,6 +8,7 @@ that they are most like, so that borders are as fine as the image.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,10 @@ from topo_region_seg.steps.thinning import Thinned
 
 WIDTH = 1.75
 """Voxels in the width of a block."""
+MANY = 75_000
+"""Blocks from which on they are made wider."""
+PER_SEED = 4.0
+"""Blocks from one seed to the next, at least, where they are."""
 WIDEST = 12
 """Pixels along the side of the widest block."""
 STEP = 2.0
@@ -30,6 +35,7 @@ STRAY = 2.0 * STEP
 """Widths of a block beyond which a pixel belongs to none beside it."""
 SHADE = 30.0
 """Difference of two colors, in units of 8-bit sRGB, that is as much as the largest step: about 10 dE."""
+ROUNDING = 1e-6
 NONE = -1
 
 
@@ -56,9 +62,15 @@ def takes_blocks(params: Params, cloud: Cloud, count: int) -> bool:
     return params.output == "supervoxels" and cloud.organized and not is_auto(params) and count <= params.max_points
 
 
-def widest_block(params: Params) -> float:
-    """Return the largest width of a block, metres; 0 where points are not to be thinned."""
-    return WIDTH * params.voxel_size
+def block_width(params: Params, count: int, pixel: float) -> float:
+    """Return how wide a block may be, metres, in an image of `count` points whose pixels are `pixel` (m) wide.
+
+    As wide as some voxels are; wider where more than MANY would be left, up to a share of the spacing of seeds.
+    """
+    if params.voxel_size == 0.0:
+        return 0.0
+    fewer = min(math.ceil(math.sqrt(count / MANY)) * pixel, params.seed_spacing / PER_SEED)
+    return max(WIDTH * params.voxel_size, fewer)
 
 
 def image_blocks(
@@ -66,7 +78,7 @@ def image_blocks(
     rgb: npt.NDArray[np.uint8] | None,
     rows: IntArray,
     size: tuple[int, int],
-    widest: float,
+    params: Params,
     *,
     mix_colors: bool = True,
 ) -> Blocks:
@@ -82,15 +94,16 @@ def image_blocks(
         Their pixels, in rising order.
     size : (int, int)
         Height and width of the image, pixels.
-    widest : float
-        Width of a block, metres, at the middle distance, that is not to be exceeded; below that of a pixel it is one.
+    params : Params
+        Uses `voxel_size` and `seed_spacing`, which say how wide a block may be at the middle distance.
     mix_colors : bool
         Whether blocks may be of several pixels.
     """
     angle = pixel_angle(xyz, rows)
     middle = float(np.median(np.linalg.norm(xyz[::16], axis=1))) if len(xyz) else 0.0
-    wide = widest / max(angle * middle, 1e-9)
-    side = int(min(max(wide, 1.0), WIDEST)) if mix_colors else 1
+    across = max(angle * middle, 1e-9)
+    wide = block_width(params, len(xyz), across) / across
+    side = int(min(max(wide + ROUNDING, 1.0), WIDEST)) if mix_colors else 1
     height, width = -(-size[0] // side), -(-size[1] // side)
     pixel = np.full(size, NONE, np.int32)
     pixel.ravel()[rows] = np.arange(len(rows), dtype=np.int32)
