@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
-from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
+from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
@@ -100,27 +100,27 @@ class Pipeline:
             with clock("local_units"):
                 units = local_units(xyz, rows, cloud.width, cloud.height)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
-        framed = None
-        if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
+        scene, support, pixel = None, NO_SUPPORT, rows
+        if params.output == "objects" and len(xyz) <= params.max_points:
             with clock("surfaces"):
-                size = cloud.height, cloud.width
-                framed = frame_scene(xyz, rows, *size, params, known, up)
-        scene = framed[0] if framed else None
+                frame = frame_of(cloud, rows, xyz, params, known, up)
+                if frame is not None:
+                    scene, support, known, rows, pixel, xyz = frame
         with clock("floor"):
-            support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
+            distance = growth.floor_distance
             if params.remove_floor and scene is None:
                 given = distance, params.floor_min_extent, params.floor_seed
                 support = find_support(xyz, *given, sensor_known=known is not None, up=up)
             plane = support.plane
             kept = None
             if scene is not None:
-                kept = free_points(scene, rows)
+                kept = free_points(scene, pixel)
             elif plane is not None:
                 kept = above(xyz, plane, distance)
             if kept is None:
                 xyz = np.ascontiguousarray(xyz)
             else:
-                rows, xyz = rows[kept], gather(xyz, kept)
+                rows, pixel, xyz = rows[kept], pixel[kept], gather(xyz, kept)
             if plane is not None:
                 plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             notices += doubtful_support(support, known is not None, len(rows))
@@ -150,7 +150,7 @@ class Pipeline:
             lengths, normals = AS_GIVEN, None
             if scene is not None and tree is not None:
                 lengths = lengths_of(scene, params)
-                normals, scene = normals_in(scene, points.xyz, rows, tree, lengths, params)
+                normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
             elif at is not None:
                 if growth.uses_normals:
                     normals = block_normals(points.xyz, at, growth.normal_radius, params.normal_min_neighbors)
@@ -167,7 +167,7 @@ class Pipeline:
                 if scene is None:
                     grooves = find_grooves(points.xyz, normals, tree, params)
                 else:
-                    grooves = grooves_in(scene, normals, rows, lengths, params)
+                    grooves = grooves_in(scene, normals, pixel, lengths, params)
                     local = local_positions(points.xyz, scene.axes, lengths)
                     tree = moved_tree(tree, local)
                 compared[grooves] = np.nan
@@ -188,6 +188,7 @@ class Pipeline:
             plane=plane,
             growth=growth,
             scene=scene,
+            pixel=pixel,
             lengths=lengths,
             blocks=at,
         )
@@ -228,7 +229,9 @@ def warm_up() -> None:
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), unheard).cut(regions=3)
     Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), unheard)
     frame = _made_frame()
-    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]), unheard)
+    seen = frame.reshape(-1, 3)
+    for points, rows in ((seen, len(frame)), (seen[np.isfinite(seen[:, 2])], 1)):
+        Pipeline(Params(output="objects")).run(Cloud(points, None, rows, len(points) // rows), unheard)
     auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
     for shape in ((2 * len(side), len(side)), (1, grid)):
         Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), unheard)

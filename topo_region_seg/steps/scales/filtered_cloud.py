@@ -50,6 +50,8 @@ class FilteredCloud:
         How the regions grow.
     scene : Scene or None
         What is known of the frame, where objects are told apart on its image grid.
+    pixel : (N,) int64 or None
+        The pixels of the points where there is a scene.
     lengths : Lengths
         How lengths grow with the depth there.
     blocks : (H, W) int32 or None
@@ -70,6 +72,7 @@ class FilteredCloud:
     plane: Plane | None
     growth: Growth
     scene: Scene | None = None
+    pixel: IntArray | None = None
     lengths: Lengths = AS_GIVEN
     blocks: IndexArray | None = None
 
