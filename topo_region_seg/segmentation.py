@@ -30,6 +30,7 @@ from topo_region_seg.data import (
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion
 from topo_region_seg.steps.regions import describe_regions, number_regions
+from topo_region_seg.steps.scales.classes import bars_of_regions, classes_of
 from topo_region_seg.steps.scales.filtered_cloud import (
     FilteredCloud,
     components_at,
@@ -110,6 +111,17 @@ class Segmentation:
         )
 
     @property
+    def region_bars(self) -> FloatArray:
+        """Birth and death of each region as a class of the merge tree, (R, 2), metres.
+
+        A region is born at the scale at which a component first holds `min_region_size` input points, and dies where it
+        joins an older one; inf where it does not up to the end of the filtration. An object has the bar of the oldest
+        class in it. Of supervoxels, which are parts of classes, both are NaN.
+        """
+        bars = _bars(self.filtered, self.params, self.scale, self.point_labels, self.regions.label)
+        return np.column_stack(bars)
+
+    @property
     def points(self) -> FloatArray:
         """Positions of the preprocessed points, (M, 3), metres, in the frame of the input."""
         return positions_of_input(self.filtered, self.filtered.xyz)
@@ -137,18 +149,20 @@ class Segmentation:
         """Return the segmentation at another scale of the same filtration.
 
         Labels and regions are those of a new run with `max_radius` (of objects: `object_radius`) set to the scale;
-        components and barcode remain those of the whole filtration, so that any result may be cut again.
+        components, barcode and the persistence of regions remain those of the whole filtration, so that any result may
+        be cut again.
 
         Parameters
         ----------
         radius : float, optional
             The scale, metres, above 0 up to that of the filtration.
         regions : int, optional
-            Instead of `radius`: the largest scale with at least so many regions, counted when small ones have been
-            settled. Where these are merged, the count may rise as well as fall as the scale grows. Then the scale is
-            searched down from the largest in growing steps and by halving: it has at least so many regions and the
-            next larger one has fewer, but a still larger one may have as many too. Where none is found, the scale
-            with the most regions of those looked at.
+            Instead of `radius`: the largest scale with at least so many components of `min_region_size` input points;
+            where no scale has as many, the largest of those with the most. Each of them is a region. Where small ones
+            are merged, more regions may be made of these.
+            Objects are counted themselves: their scale is searched down from the largest in growing steps and by
+            halving. It has at least so many and the next larger one has fewer, but a still larger one may have as many
+            too; where none is found, it is that with the most of those looked at.
 
         Returns
         -------
@@ -236,8 +250,10 @@ def _described(
     confidence: FloatArray | None = None,
 ) -> Segmentation:
     labels = number_regions(filtered.xyz, region, filtered.weight)
-    components = None if params.output == "supervoxels" else components_at(filtered, scale)
-    table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components)
+    number = np.arange(1, int(np.max(labels, initial=0)) + 1, dtype=np.uint32)
+    birth, death = _bars(filtered, params, scale, labels, number)
+    persistence = np.minimum(death, filtered.growth.max_radius) - birth
+    table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, persistence)
     if confidence is not None:
         known = np.flatnonzero(region >= 0)
         by_label = np.empty(len(table))
@@ -260,11 +276,21 @@ def _described(
     )
 
 
+def _bars(
+    filtered: FilteredCloud, params: Params, scale: float, labels: LabelArray, of: LabelArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return birth and death, metres, of regions `of` (R,) from the labels (N,) of points; NaN for supervoxels."""
+    if params.output == "supervoxels":
+        return np.full(len(of), np.nan), np.full(len(of), np.nan)
+    classes = classes_of(filtered.components, filtered.weight, params.min_region_size)
+    return bars_of_regions(classes, scale, labels, of)
+
+
 def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
     if params.output == "supervoxels":
         raise ValueError("cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing")
     given = filtered.components, filtered.weight, params.min_region_size, regions
-    if params.small_regions == "remove":
+    if params.output == "regions":
         return scale_with_kept_regions(*given)
 
     def count_at(scale: float) -> int:

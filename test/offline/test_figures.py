@@ -43,7 +43,7 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
         plane=None,
         params=Params(),
         scale=0.02,
-        filtered=SimpleNamespace(components=Components(root, root, death, 0.02)),  # type: ignore[arg-type]
+        filtered=SimpleNamespace(components=Components(root, root, death, 0.02), weight=np.ones(n, np.int64)),  # type: ignore[arg-type]
         ms={"filtration": 12.0},
     )
 
