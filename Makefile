@@ -16,7 +16,7 @@ KILTED := $(CURDIR)/.venv-kilted
 STEP := scripts/step.sh
 PIP_FLAGS := --quiet --disable-pip-version-check --prefer-binary
 DECLARED := setup.py setup.cfg package.xml
-SOURCES := $(shell find topo_region_seg launch config rviz security resource -type f -not -path '*/__pycache__/*')
+SOURCES := $(shell find topo_region_seg launch config rviz foxglove security resource -type f -not -path '*/__pycache__/*')
 
 # rclpy's wheels make the environment a ROS prefix: it is where the ament index is looked up.
 export ROS_PYTHON_CHECK_FIELDS := 1

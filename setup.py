@@ -39,6 +39,7 @@ setup(
         (f"share/{PACKAGE}/config", files("config")),
         (f"share/{PACKAGE}/config", [f"{PACKAGE}/ros/fastdds.xml"]),
         (f"share/{PACKAGE}/rviz", files("rviz")),
+        (f"share/{PACKAGE}/foxglove", files("foxglove")),
         (f"share/{PACKAGE}/security", files("security")),
     ],
     zip_safe=False,

@@ -53,7 +53,7 @@ def assert_layout(prefix: Path) -> None:
     share = prefix / "share"
     assert (share / "ament_index" / "resource_index" / "packages" / PACKAGE).is_file()
     assert (share / PACKAGE / "package.xml").is_file()
-    for folder in ("launch", "config", "rviz", "security"):
+    for folder in ("launch", "config", "rviz", "foxglove", "security"):
         installed = {path.name for path in (share / PACKAGE / folder).iterdir()}
         given = {path.name for path in (ROOT / folder).iterdir() if path.is_file()}
         assert installed == given | ({PROFILES.name} if folder == "config" else set())

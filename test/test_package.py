@@ -24,6 +24,7 @@ SOURCE_FOLDERS = (
     "launch",
     "config",
     "rviz",
+    "foxglove",
     "security",
     "test",
     "benchmarks",

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
+import json
 import os
 import re
 import signal
@@ -151,6 +152,18 @@ def test_without_a_camera_names_stay_relative_and_an_unknown_one_is_refused() ->
     assert remaps(node) == {name: name for name in INPUTS} and "input:=depth" in node
     with pytest.raises(RuntimeError, match="camera:=kinect: must be one of realsense, orbbec, zed, azure_kinect"):
         commands(ONE, ROOT, {"camera": "kinect"})
+
+
+def test_the_layout_for_foxglove_shows_topics_of_the_node() -> None:
+    layout = json.loads((ROOT / "foxglove" / "region_segmentation.json").read_text(encoding="utf-8"))
+    text = json.dumps(layout["configById"])
+    shown = set(re.findall(r'"/([a-z_]+)', text)) - {"diagnostics"}
+    assert shown <= {output.name for output in OUTPUTS} and {"region_colors", "label_image", "surfaces"} <= shown
+
+    def panels(part: Any) -> set[str]:
+        return {part} if isinstance(part, str) else panels(part["first"]) | panels(part["second"])
+
+    assert panels(layout["layout"]) == set(layout["configById"])
 
 
 NAMED = {
