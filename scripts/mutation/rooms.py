@@ -50,6 +50,8 @@ _PIPELINE = (
 )
 _ROS = (
     "ros/test_worker.py",
+    "ros/test_kernels.py",
+    "ros/test_rclpy_private.py",
     "ros/test_log.py",
     "ros/test_statistics.py",
     "ros/test_reporter.py",
@@ -70,6 +72,7 @@ _ROS = (
     "ros/test_ros_depth.py",
     "ros/test_ros_transforms.py",
     "ros/test_outputs.py",
+    "ros/test_cameras.py",
 )
 ROOMS = (
     Room("steps", ("steps", "growth.py"), _PIPELINE, 44),
