@@ -81,8 +81,9 @@ bench: .venv/ready-bench ## Measure everything, beside other programs; writes do
 load: .venv/ready-test ## Measure the node beside cameras, under five minutes; writes docs/load.md.
 	@$(STEP) "the node under load" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.load
 
-soak: .venv/ready-demo ## Ten minutes of trouble for one node; writes docs/soak.md.
+soak: .venv/ready-demo ## Twice ten minutes of trouble for one node; writes docs/soak.md.
 	@$(STEP) "soak test, ten minutes" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.soak --minutes 10
+	@$(STEP) "soak test with depth images, ten minutes" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks.soak --minutes 10 --input depth
 
 bench-quick: .venv/ready-bench ## The same in two minutes, to benchmarks/results/.
 	@$(STEP) "benchmarks, quick" $(call in_venv,$(VENV)) $(VENV)/bin/python -m benchmarks --quick

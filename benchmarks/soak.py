@@ -5,8 +5,8 @@
 ``python -m benchmarks.soak --minutes 10`` sends VGA clouds at 30 Hz, one in fifty of them malformed, with bursts,
 changes of parameters (valid and not), publishers that come and go, and a full lifecycle cycle every minute. With
 ``--input depth`` it sends depth and color images, a restarted camera has another size, and transforms get lost and
-come back. It writes ``docs/soak.md``, or ``docs/soak_depth.md``, and a JSON file beside the other results; the exit
-status is 0 if every promise was kept.
+come back. It writes its part of ``docs/soak.md`` and a JSON file beside the other results; the exit status is 0 if
+every promise was kept.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from benchmarks.machine import describe
 from benchmarks.soak_client import SoakClient
 from benchmarks.soak_frames import SIZES, bad_frames, good_frames
 from benchmarks.soak_process import NodeUnderWatch
-from benchmarks.soak_report import markdown, verdict
+from benchmarks.soak_report import markdown, verdict, with_part
 
 ROOT = Path(__file__).resolve().parent.parent
 BAD_ONE_IN = 50
@@ -169,10 +169,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--input", choices=("points", "depth"), default="points", help="what the camera sends")
     parser.add_argument("--hz", type=float, default=30.0, help="clouds a second")
     parser.add_argument("--json", type=Path, default=ROOT / "benchmarks" / "results" / "soak.json")
-    parser.add_argument("--page", type=Path, help="docs/soak.md, for depth images docs/soak_depth.md")
+    parser.add_argument(
+        "--page", type=Path, default=ROOT / "docs" / "soak.md", help="the part of this input is written"
+    )
     args = parser.parse_args(argv)
     depth = args.input == "depth"
-    page = args.page or ROOT / "docs" / ("soak_depth.md" if depth else "soak.md")
     parameters = ("input:=depth", "base_frame:=base_link") if depth else ()
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     with (
@@ -209,9 +210,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     result["verdict"] = verdict(result)
     args.json.parent.mkdir(parents=True, exist_ok=True)
     args.json.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-    text = markdown(result)
-    page.write_text(text, encoding="utf-8")
-    print(text)
+    page = args.page.read_text(encoding="utf-8") if args.page.exists() else ""
+    args.page.write_text(with_part(page, result), encoding="utf-8")
+    print(markdown(result))
     if not all(kept for _, kept, _ in result["verdict"]):
         print(log[-4000:], file=sys.stderr)
         return 1

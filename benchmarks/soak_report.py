@@ -10,6 +10,9 @@ MEMORY_GROWTH_PERCENT = 3.0
 SERVICE_MS = 100.0
 ANSWERED_PERCENT = 95.0
 
+DEPTH = "## With depth images"
+"""Heading of the second part of the page."""
+
 Verdict = list[tuple[str, bool, str]]
 
 
@@ -63,13 +66,21 @@ def verdict(result: dict[str, Any]) -> Verdict:
     ]
 
 
+def with_part(page: str, result: dict[str, Any]) -> str:
+    """Return a page with the part that a run belongs to in place of the one that was there."""
+    clouds, found, images = page.partition(DEPTH)
+    parts = [clouds, found + images]
+    parts[result["input"] == "depth"] = markdown(result)
+    return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+
+
 def markdown(result: dict[str, Any]) -> str:
-    """Return the page."""
+    """Return the part of the page that shows a run."""
     machine, node, done = result["machine"], result["node"], result["done"]
     depth = result["input"] == "depth"
     options, frames = (" --input depth", "depth and color images") if depth else ("", "clouds of 4.9 MB")
     lines = [
-        "# Soak test with depth images" if depth else "# Soak test",
+        DEPTH if depth else "# Soak test",
         "",
         f"`python -m benchmarks.soak --minutes {result['minutes']:g}{options}` wrote this page: one node, VGA {frames}"
         f" at {result['hz']['wanted']:g} Hz",

@@ -14,7 +14,7 @@ from places import ROOT
 # Last, so that an installed copy of the package stays the one that is tested.
 sys.path.append(str(ROOT))
 
-from benchmarks.soak_report import markdown, verdict
+from benchmarks.soak_report import markdown, verdict, with_part
 
 GOOD: dict[str, Any] = {
     "machine": {"cpu": "a", "cores": 2, "python": "3", "commit": "c"},
@@ -48,6 +48,16 @@ GOOD: dict[str, Any] = {
 
 def broken(result: dict[str, Any]) -> list[str]:
     return [name for name, kept, _ in verdict(result) if not kept]
+
+
+def test_each_input_has_its_part_of_the_page() -> None:
+    clouds = {**GOOD, "verdict": verdict(GOOD)}
+    images = {**clouds, "input": "depth", "minutes": 2}
+    page = with_part(with_part("", images), clouds)
+    assert page == with_part(with_part("", clouds), images)
+    assert page.startswith("# Soak test\n") and page.count("\n## With depth images\n") == 1
+    again = with_part(page, {**clouds, "minutes": 3})
+    assert "--minutes 3`" in again and "--minutes 2 --input depth`" in again and "--minutes 1`" not in again
 
 
 def test_good_figures_keep_every_promise() -> None:
