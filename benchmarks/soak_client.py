@@ -80,8 +80,8 @@ class SoakClient:
 
     def wait_until_matched(self) -> None:
         """Wait until publisher and node know each other."""
-        for publisher in self._publishers.values():
-            _wait(lambda heard=publisher: heard.get_subscription_count() == 1, "the node to subscribe")
+        counting = list(self._publishers.values())[-1]  # color is not subscribed to where it does not count
+        _wait(lambda: counting.get_subscription_count() == 1, "the node to subscribe")
         time.sleep(0.5)  # the other side may learn of it later
 
     def disconnect(self) -> None:
