@@ -21,10 +21,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from benchmarks.soak_frames import Frame
-from benchmarks.tabletops import FRAME
+from benchmarks.tabletops import EYE, FRAME, camera
 
 NODE = "/region_segmentation"
 PATIENCE = 600.0
@@ -34,6 +35,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "depth": {"depth/camera_info": CameraInfo, "color/image": Image, "depth/image": Image},
 }
 """What a camera publishes."""
+QUEUED = {"points": 1, "depth/image": 1, "depth/camera_info": 4, "color/image": 4}
+"""Messages that it keeps for those that have not come in."""
 
 
 class SoakClient:
@@ -75,7 +78,7 @@ class SoakClient:
     def connect(self) -> None:
         """Create the publishers of a camera and wait until the node hears them."""
         for topic, kind in self._kinds.items():
-            self._publishers[topic] = self._node.create_publisher(kind, topic, QoSProfile(depth=1))
+            self._publishers[topic] = self._node.create_publisher(kind, topic, QoSProfile(depth=QUEUED[topic]))
         self.wait_until_matched()
 
     def wait_until_matched(self) -> None:
@@ -100,8 +103,9 @@ class SoakClient:
         """Say where the camera is, or have all transforms forgotten."""
         msg = TransformStamped(child_frame_id=FRAME if known else "clear")
         msg.header.frame_id = "base_link"
-        msg.transform.rotation.x = 1.0  # it looks down
-        msg.transform.translation.z = 1.0
+        turn, place = msg.transform.rotation, msg.transform.translation
+        turn.x, turn.y, turn.z, turn.w = Rotation.from_matrix(camera(640, 480).rotation).as_quat().tolist()
+        place.x, place.y, place.z = EYE
         self._transforms.publish(msg)
 
     def set_parameters(self, values: Mapping[str, Any]) -> bool:
