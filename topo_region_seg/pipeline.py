@@ -34,6 +34,7 @@ from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
 from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
+from topo_region_seg.steps.small_regions.settle import lists_of_small_regions
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
@@ -137,12 +138,14 @@ class Pipeline:
             radius: float | FloatArray = growth.normal_radius
             if units is not None:
                 radius = units.normal_radius(points.xyz, growth)
-            lengths, normals = AS_GIVEN, None
+            lengths, normals, near = AS_GIVEN, None, None
             if scene is not None:
                 lengths = lengths_of(scene, params)
                 normals, scene = normals_in(scene, points.xyz, rows, tree, lengths, params)
             elif growth.uses_normals:
-                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors)
+                if thinned and units is None and _merges_small(params):
+                    near = lists_of_small_regions(len(points.xyz), growth.max_radius)
+                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors, near)
         local, compared = points.xyz, normals
         if units is not None:
             with clock("local_units"):
@@ -178,6 +181,7 @@ class Pipeline:
             growth=growth,
             scene=scene,
             lengths=lengths,
+            near=near,
         )
         scale = growth.radius
         if auto:
@@ -224,6 +228,10 @@ def warm_up() -> None:
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
     filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
+
+
+def _merges_small(params: Params) -> bool:
+    return params.output == "regions" and params.small_regions == "merge"
 
 
 def _made_frame() -> npt.NDArray[np.float32]:

@@ -203,7 +203,7 @@ def _regions(
     if params.output == "objects" and normals is not None:
         loose = np.isnan(channels[:, 6])
         return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params), None
-    return settle_small_regions(channels, tree, components.root, weight, limits, params), None
+    return settle_small_regions(channels, tree, components.root, weight, limits, params, filtered.near), None
 
 
 def _described(

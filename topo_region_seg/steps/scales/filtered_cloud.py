@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.near_lists import NearLists
 from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, Plane
 from topo_region_seg.growth import Growth
 from topo_region_seg.steps.view.lengths import AS_GIVEN, Lengths
@@ -50,6 +51,8 @@ class FilteredCloud:
         What is known of the frame, where objects are told apart on its image grid.
     lengths : Lengths
         How lengths grow with the depth there.
+    near : NearLists or None
+        The points near some of the points, which small regions need too.
     """
 
     xyz: FloatArray
@@ -67,6 +70,7 @@ class FilteredCloud:
     growth: Growth
     scene: Scene | None = None
     lengths: Lengths = AS_GIVEN
+    near: NearLists | None = None
 
 
 def labels_of_input(filtered: FilteredCloud, labels: LabelArray) -> LabelArray:

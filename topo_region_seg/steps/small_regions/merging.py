@@ -10,13 +10,13 @@ import numpy as np
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.near_lists import NearLists
 from topo_region_seg.compiled.nearest import Near, room_for_near
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.union_find import find
 from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.steps.small_regions.candidates import (
-    NearLists,
     listed_outside,
     most_alike,
     nearest_outside,
@@ -78,7 +78,7 @@ def merge_small_regions(
     size, representative, rank : (R,) int64
         Of each region its size, a point, and the place of this point in the order of all such.
     lists : NearLists
-        The points near the representatives of small regions.
+        The points near the representatives of small regions, up to `reach` at least.
     limits : Criterion
         In whose units differences are compared.
     min_size, n_candidates : int
@@ -141,7 +141,7 @@ def unite_smallest_first(
             if parent[r] != r or size[r] != current:
                 continue
             point = small.representative[r]
-            found, all_found = listed_outside(lists, region, parent, boxes, point, r, near)
+            found, all_found = listed_outside(lists, channels, region, parent, boxes, reach, point, r, near)
             if not all_found:
                 found, leaves = nearest_outside(
                     tree, blocks, channels, region, parent, uniform, boxes, reach, point, r, near
