@@ -22,6 +22,7 @@ from topo_region_seg.cloud.placing import Transform, moved
 from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
 from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
 from topo_region_seg.growth import growth_of_output, growth_of_regions, is_auto
@@ -77,6 +78,10 @@ class Pipeline:
         MissingColorError
             If the cloud has no color and the criterion compares colors.
         """
+        with at_most(self.params.threads):
+            return self._run(cloud, warn)
+
+    def _run(self, cloud: Cloud, warn: Callable[[str, str], None] | None) -> Segmentation:
         params, growth, auto = self.params, growth_of_output(self.params), is_auto(self.params)
         if cloud.rgb is None and growth.uses_color:
             raise MissingColorError(
@@ -196,25 +201,41 @@ class Pipeline:
 
 def warm_up() -> None:
     """Compile all kernels, or load them from the cache, by segmenting a small made cloud in different ways."""
+    for part in WARM_UPS.values():
+        part()
 
-    def unheard(code: str, text: str) -> None:
-        """Take what is said of the made cloud."""
 
-    side = np.linspace(0.0, 0.5, 40)
-    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
-    table = np.column_stack([x, y, np.full(x.size, 1.0)])
-    thing = np.column_stack([0.2 * x, 0.2 * y, np.full(x.size, 0.9)])
-    xyz = np.concatenate([table, thing, [[0.9, 0.9, 0.5]]])
-    # Colors without order leave much to do, so that also what makes room for it is compiled.
-    rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
+def _warm_up_regions() -> None:
+    xyz, rgb = _made_cloud()
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
-        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), unheard).cut(regions=3)
-    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), unheard)
+        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), _unheard).cut(regions=3)
+    # Points as even as these have more edges at one scale than a forest needs.
+    dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
+    growth = growth_of_regions(Params())
+    channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
+    filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
+
+
+def _warm_up_auto() -> None:
+    xyz, rgb = _made_cloud()
+    grid = 2 * SIDE**2
+    for shape in ((2 * SIDE, SIDE), (1, grid)):
+        Pipeline(Params(max_radius="auto")).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), _unheard)
+
+
+def _warm_up_objects() -> None:
+    xyz, rgb = _made_cloud()
+    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
     frame = _made_frame()
-    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]), unheard)
-    auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
-    for shape in ((2 * len(side), len(side)), (1, grid)):
-        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), unheard)
+    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]), _unheard)
+
+
+def _warm_up_supervoxels() -> None:
+    xyz, rgb = _made_cloud()
+    Pipeline(Params(output="supervoxels")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
+
+
+def _warm_up_messages() -> None:
     data = np.zeros(20, np.uint8)
     data.flags.writeable = False
     floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)
@@ -223,11 +244,33 @@ def warm_up() -> None:
     write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
     depth_image.warm_up()
     moved(Cloud(floats, None, 1, 1), Transform(np.eye(3), np.zeros(3)))
-    # Points as even as these have more edges at one scale than a forest needs.
-    dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
-    growth = growth_of_regions(Params())
-    channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
-    filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
+
+
+WARM_UPS: dict[str, Callable[[], None]] = {
+    "regions": _warm_up_regions,
+    "messages": _warm_up_messages,
+    "objects": _warm_up_objects,
+    "auto": _warm_up_auto,
+    "supervoxels": _warm_up_supervoxels,
+}
+"""What compiles the kernels of each output, and of messages. Those of regions are most, and others use them too."""
+
+SIDE = 40  # points along each side of what the made cloud holds
+
+
+def _unheard(code: str, text: str) -> None:
+    """Take what is said of made clouds."""
+
+
+def _made_cloud() -> tuple[FloatArray, npt.NDArray[np.uint8]]:
+    """Return points (2 SIDE² + 1, 3) of a table and a thing on it, and colors without order."""
+    side = np.linspace(0.0, 0.5, SIDE)
+    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
+    table = np.column_stack([x, y, np.full(x.size, 1.0)])
+    thing = np.column_stack([0.2 * x, 0.2 * y, np.full(x.size, 0.9)])
+    xyz = np.concatenate([table, thing, [[0.9, 0.9, 0.5]]])
+    # Such colors leave much to do, so that also what makes room for it is compiled.
+    return xyz, np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
 
 
 def _merges_small(params: Params) -> bool:

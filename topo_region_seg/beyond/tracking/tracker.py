@@ -96,6 +96,7 @@ class Tracker:
             regions=replace(seg.regions, label=label),
             barcode=replace(seg.barcode, label=table[seg.barcode.label]),
             ms={**seg.ms, **clock.ms},
+            cpu_ms={**seg.cpu_ms, **clock.cpu_ms},
             notices=notices,
         )
 
