@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
+import pickle
 import re
 
 import numpy as np
@@ -35,6 +37,16 @@ def test_the_fixed_names_and_values() -> None:
     assert (params.max_radius, params.filtration_steps, params.features) == (0.02, 10, "color+normals")
     assert (params.color_threshold, params.angle_threshold) == (10.0, 5.0)
     assert (params.min_region_size, params.small_regions) == (64, "merge")
+
+
+def test_auto_is_a_word_that_number_formats_leave_as_it_is() -> None:
+    """Whoever prints lengths does not fail on it; whoever writes files gets plain text."""
+    params = Params.from_mapping({"max_radius": "auto"})
+    assert f"{params.max_radius:.4f} {params.max_radius:6}|" == "auto auto  |" and repr(params.max_radius) == "'auto'"
+    written = params.as_dict()["max_radius"]
+    assert written == "auto" and type(written) is str
+    for same in (copy.deepcopy(params), pickle.loads(pickle.dumps(params)), Params(**dataclasses.asdict(params))):
+        assert same == params and f"{same.max_radius:.4f}" == "auto"
 
 
 @pytest.mark.parametrize(

@@ -96,8 +96,6 @@ def test_the_image_grid_tells_where_the_camera_is(cloud: Cloud, output: str) -> 
     assert len(found.regions) > 2 and found.notices == ()
     assert ((told.labels > 0) == (found.labels > 0)).mean() > 0.999
     assert abs(len(told.regions) - len(found.regions)) <= 0.02 * len(told.regions)
-    default = replace(there, sensor_pose=(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
-    assert np.array_equal(quiet(default, output=output).labels, found.labels), "files hold this pose by default"
 
 
 @pytest.mark.parametrize("output", ["regions", "objects"])

@@ -232,7 +232,7 @@ class RegionTable:
     persistence : (M,) float64
         How long the region stood unchanged before `max_radius`: `max_radius` minus the last scale at which it grew.
     confidence : (M,) float64
-        How sure it is that the region is a thing, 0 to 1; NaN unless these are objects of an organized cloud.
+        How sure it is that the region is a thing, 0 to 1; NaN unless these are objects of a camera's image.
     """
 
     label: LabelArray

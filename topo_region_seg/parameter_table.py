@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import difflib
 import math
 from collections.abc import Mapping
@@ -19,6 +18,18 @@ Condition = Mapping[str, tuple[Any, ...]]
 
 class ParameterError(ValueError):
     """A parameter has an unknown name, a wrong type or a value out of range; the message says which and why."""
+
+
+class Word(str):
+    """A word that stands in place of a number; printed with a number's format, it stays the word."""
+
+    __slots__ = ()
+
+    def __format__(self, spec: str) -> str:
+        try:
+            return super().__format__(spec)
+        except ValueError:
+            return str(self)
 
 
 @dataclass(frozen=True)
@@ -97,9 +108,8 @@ class ParameterTable:
         return type(self).from_mapping({**self.as_dict(), **changes})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return names and values; tuples become lists, so that JSON and YAML can carry them."""
-        values = dataclasses.asdict(self)
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+        """Return names and values; tuples become lists and words plain text, so that JSON and YAML can carry them."""
+        return {row.name: _plain_type(getattr(self, row.name)) for row in self.table()}
 
     def differs(self, name: str) -> bool:
         """Return whether a parameter has another value than its default."""
@@ -127,6 +137,12 @@ class ParameterTable:
         return cause
 
 
+def _plain_type(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return list(value)
+    return str(value) if isinstance(value, Word) else value
+
+
 def _plain(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(list(value) if isinstance(value, tuple) else value)
 
@@ -147,7 +163,7 @@ def checked(row: Row, value: Any) -> Any:
     if row.type is tuple:
         return _checked_texts(row, value) if spec.texts else _checked_numbers(row, value)
     if isinstance(value, str) and value in spec.words:
-        return value
+        return Word(value)
     if row.type is int and isinstance(value, float) and value.is_integer():
         value = int(value)
     kind = " or ".join(["a whole number" if row.type is int else "a number", *spec.words])

@@ -221,12 +221,12 @@ class Params(ParameterTable):
     )
     object_vessels: bool = parameter(
         True,
-        "objects: the inside of a cup or bowl is one object with its outside; organized clouds only",
+        "objects: the inside of a cup or bowl is one object with its outside; images of a camera only",
         when=(OBJECTS,),
     )
     object_min_area: float = parameter(
         0.0006,
-        "objects: smallest area of an object, as seen from the sensor; organized clouds only",
+        "objects: smallest area of an object, as seen from the sensor; images of a camera only",
         unit="m²",
         low=0.0,
         high=1.0,
@@ -235,7 +235,7 @@ class Params(ParameterTable):
     min_confidence: float = parameter(
         0.5,
         "objects: how sure it must be that a segment is a thing, and no wall, rim of a bin or robot: the share of its "
-        "outline that speaks for it; organized clouds only",
+        "outline that speaks for it; images of a camera only",
         low=0.0,
         high=1.0,
         when=(OBJECTS,),

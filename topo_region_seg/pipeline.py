@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
-from topo_region_seg.beyond.objects.frame import frame_scene, free_points, grooves_in
+from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
 from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.clock import Clock
@@ -103,27 +103,27 @@ class Pipeline:
             with clock("local_units"):
                 units = local_units(xyz, rows, cloud.width, cloud.height)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
-        framed = None
-        if params.output == "objects" and cloud.organized and len(xyz) <= params.max_points:
+        scene, support, pixel = None, NO_SUPPORT, rows
+        if params.output == "objects" and len(xyz) <= params.max_points:
             with clock("surfaces"):
-                size = cloud.height, cloud.width
-                framed = frame_scene(xyz, rows, *size, params, known, up)
-        scene = framed[0] if framed else None
+                frame = frame_of(cloud, rows, xyz, params, known, up)
+                if frame is not None:
+                    scene, support, known, rows, pixel, xyz = frame
         with clock("floor"):
-            support, distance = framed[1] if framed else NO_SUPPORT, growth.floor_distance
+            distance = growth.floor_distance
             if params.remove_floor and scene is None:
                 given = distance, params.floor_min_extent, params.floor_seed
                 support = find_support(xyz, *given, sensor_known=known is not None, up=up)
             plane = support.plane
             kept = None
             if scene is not None:
-                kept = free_points(scene, rows)
+                kept = free_points(scene, pixel)
             elif plane is not None:
                 kept = above(xyz, plane, distance)
             if kept is None:
                 xyz = np.ascontiguousarray(xyz)
             else:
-                rows, xyz = rows[kept], gather(xyz, kept)
+                rows, pixel, xyz = rows[kept], pixel[kept], gather(xyz, kept)
             if plane is not None:
                 plane = replace(plane, offset=plane.offset - float(np.dot(plane.normal, sensor)))
             notices += doubtful_support(support, known is not None, len(rows))
@@ -146,7 +146,7 @@ class Pipeline:
             lengths, normals, near = AS_GIVEN, None, None
             if scene is not None:
                 lengths = lengths_of(scene, params)
-                normals, scene = normals_in(scene, points.xyz, rows, tree, lengths, params)
+                normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
             elif growth.uses_normals:
                 if thinned and units is None and _merges_small(params):
                     near = lists_of_small_regions(len(points.xyz), growth.max_radius)
@@ -162,7 +162,7 @@ class Pipeline:
                 if scene is None:
                     grooves = find_grooves(points.xyz, normals, tree, params)
                 else:
-                    grooves = grooves_in(scene, normals, rows, lengths, params)
+                    grooves = grooves_in(scene, normals, pixel, lengths, params)
                     local = local_positions(points.xyz, scene.axes, lengths)
                     tree = moved_tree(tree, local)
                 compared[grooves] = np.nan
@@ -185,6 +185,7 @@ class Pipeline:
             plane=plane,
             growth=growth,
             scene=scene,
+            pixel=pixel,
             lengths=lengths,
             near=near,
         )
@@ -227,7 +228,9 @@ def _warm_up_objects() -> None:
     xyz, rgb = _made_cloud()
     Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
     frame = _made_frame()
-    Pipeline(Params(output="objects")).run(Cloud(frame.reshape(-1, 3), None, *frame.shape[:2]), _unheard)
+    seen = frame.reshape(-1, 3)
+    for points, rows in ((seen, len(frame)), (seen[np.isfinite(seen[:, 2])], 1)):
+        Pipeline(Params(output="objects")).run(Cloud(points, None, rows, len(points) // rows), _unheard)
 
 
 def _warm_up_supervoxels() -> None:

@@ -98,7 +98,7 @@ class Segmentation:
     def surfaces(self) -> tuple[Surface, ...]:
         """Support and structure that were found and set aside, the support first, seen from the sensor at the origin.
 
-        Empty unless the output is objects and the cloud is organized.
+        Empty unless the output is objects and the cloud is a camera's image, or what is left of one.
         """
         scene = self.filtered.scene
         if scene is None:
@@ -109,7 +109,7 @@ class Segmentation:
     def sensor_model(self) -> SensorModel | None:
         """The angle between pixels, the noise by depth and the share of valid pixels, as the frame shows them.
 
-        None unless the output is objects and the cloud is organized.
+        None unless the output is objects and the cloud is a camera's image, or what is left of one.
         """
         return None if self.filtered.scene is None else self.filtered.scene.model
 
@@ -198,10 +198,10 @@ def _regions(
     normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
     if params.output == "supervoxels":
         return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params), None
-    if params.output == "objects" and filtered.scene is not None and normals is not None:
+    if params.output == "objects" and filtered.scene is not None and filtered.pixel is not None and normals is not None:
         region, _ = count_off(components.root, weight)
         loose = np.isnan(channels[:, 6])
-        given = filtered.scene, filtered.index, normals, np.where(loose, -1, region), filtered.lengths
+        given = filtered.scene, filtered.pixel, normals, np.where(loose, -1, region), filtered.lengths
         return objects_of_points(*given, params)
     if params.output == "objects" and normals is not None:
         loose = np.isnan(channels[:, 6])

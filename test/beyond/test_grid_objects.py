@@ -137,12 +137,13 @@ def test_confidence_is_in_the_order_of_the_labels_in_table_and_message() -> None
     )
 
 
-def test_other_outputs_and_clouds_without_a_grid_have_no_confidence() -> None:
+def test_other_outputs_and_clouds_without_an_image_have_no_confidence() -> None:
     frame = looking(CAMERA, on_table(box(0.0, 0.0)))
     for output in ("regions", "supervoxels"):
         seg = Pipeline(Params(output=output, features="normals")).run(frame.cloud)
         assert len(seg.regions) and np.isnan(seg.regions.confidence).all()
     xyz = frame.cloud.xyz[np.isfinite(frame.cloud.xyz).all(axis=1)]
+    xyz = xyz + np.random.default_rng(0).normal(scale=5e-4, size=xyz.shape)
     seg = Pipeline(OBJECTS).run(Cloud(xyz, None, 1, len(xyz)))
     assert len(seg.regions) and np.isnan(seg.regions.confidence).all()
 

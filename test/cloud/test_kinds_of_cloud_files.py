@@ -111,6 +111,8 @@ def replaced(content: bytes, old: bytes, new: bytes) -> bytes:
 def test_the_viewpoint_is_the_pose_of_the_sensor(tmp_path: Path) -> None:
     content = make_pcd(XYZ, RGB, HEIGHT, PcdKind())
     old = b"VIEWPOINT 0 0 0 1 0 0 0"
+    cloud, said = read(tmp_path / "a.pcd", content)
+    assert cloud.sensor_pose is None and said == [], "writers that do not know the pose put this one"
     cloud, said = read(tmp_path / "a.pcd", replaced(content, old, b"VIEWPOINT 1 -2.5 3e-1 0.5 0.5 0.5 -0.5"))
     assert cloud.sensor_pose == (1.0, -2.5, 0.3, 0.5, 0.5, 0.5, -0.5) and said == []
     for wrong in (b"0 0 0 0 0 0 0", b"1 2 3", b"0 0 nan 1 0 0 0", b"here"):

@@ -23,6 +23,8 @@ MAX_HEADER_LINES = 1_000
 MAX_LINE = 65_536
 KINDS = {"F": (4, 8), "I": (1, 2, 4, 8), "U": (1, 2, 4, 8)}
 """Sizes in bytes by type."""
+UNTOLD = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+"""VIEWPOINT of writers that do not know it."""
 _PADDING = "_"
 
 
@@ -38,6 +40,7 @@ class PcdCloud:
     height: int
     width: int
     viewpoint: tuple[float, ...] | None
+    """Translation, metres, and quaternion, w first; None where the file does not tell it."""
     is_text: bool
     oddities: tuple[str, ...] = ()
     """What is readable, but should be said; one line each."""
@@ -118,6 +121,7 @@ def _parsed(lines: dict[str, list[str]]) -> _Header:
     (points,) = _numbers(lines, "POINTS", [width * height])[:1]
     viewpoint = _viewpoint(lines.get("VIEWPOINT", []))
     odd = "VIEWPOINT" in lines and viewpoint is None
+    viewpoint = None if viewpoint == UNTOLD else viewpoint
     oddities = (f"VIEWPOINT {' '.join(lines['VIEWPOINT'])[:80]} is no pose; it is not used",) if odd else ()
     return _Header(np.dtype(places), points, height, width, viewpoint, data, oddities)
 

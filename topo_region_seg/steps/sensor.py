@@ -13,8 +13,6 @@ from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.view.resection import camera_pose
 
-UNSET = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-"""Pose that files hold by default."""
 NEAR = 0.05
 """Distance, metres, up to which a pose and the camera that an image grid shows are of one sensor."""
 MAP = 10.0
@@ -40,16 +38,29 @@ def known_sensor(cloud: Cloud, params: Params) -> Sensor | None:
     """Return where the sensor is in the frame of a cloud; None where that is not known.
 
     As the parameter says, else the file or recording; else where the image grid of an organized cloud shows the camera
-    to be, if it is not at the origin. A file that says the origin, not turned, says nothing: writers that do not know
-    the pose put that.
+    to be, if it is not at the origin. Which way it looks only objects need.
     """
-    pose = params.sensor_pose or (None if cloud.sensor_pose == UNSET else cloud.sensor_pose)
-    camera = camera_pose(cloud)
+    pose = params.sensor_pose or cloud.sensor_pose
+    camera = camera_pose(cloud) if pose is None or params.output == "objects" else None
     if pose is not None and np.isfinite(pose[:3]).all():
         position = np.array(pose[:3], np.float64)
         there = camera is not None and float(np.linalg.norm(camera.center - position)) < NEAR
         return Sensor(position, camera.axes if camera is not None and there else None)
     return None if camera is None else Sensor(camera.center, camera.axes)
+
+
+def possible_axes(cloud: Cloud, params: Params) -> list[FloatArray]:
+    """Return the axes (3, 3) that a camera may have: those of the frame, and of the sensor's pose where that is known.
+
+    Rows: the image's right and down, and the middle of the view. A pose may be that of a camera, which looks along z,
+    or of a body, which looks along x with z up.
+    """
+    pose = params.sensor_pose or cloud.sensor_pose
+    found = [np.eye(3)]
+    if pose is not None and np.isfinite(pose).all():
+        turned = _turn_of_any(pose).as_matrix().T
+        found += [turned, np.array([-turned[1], -turned[2], turned[0]])]
+    return found
 
 
 def up_direction(cloud: Cloud, params: Params) -> FloatArray | None:
@@ -62,6 +73,10 @@ def up_direction(cloud: Cloud, params: Params) -> FloatArray | None:
     up = np.array(params.up or (0.0, 0.0, 1.0), np.float64)
     up /= float(np.linalg.norm(up))
     return up if cloud.base_pose is None else turn_of(cloud.base_pose).apply(up)
+
+
+def _turn_of_any(pose: tuple[float, ...]) -> Rotation:
+    return Rotation.from_euler("xyz", pose[3:]) if len(pose) == 6 else turn_of(pose)
 
 
 def turn_of(pose: tuple[float, ...]) -> Rotation:

@@ -1,19 +1,20 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An organized frame before things are told apart in it: its sensor, its surfaces and its grooves."""
+"""A camera's frame before things are told apart in it: its image, its sensor, its surfaces and its grooves."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from topo_region_seg.beyond.objects.creases import grooves_of_grid
 from topo_region_seg.beyond.objects.lattice import on_lattice
 from topo_region_seg.compiled.threads import in_parts, side_by_side
-from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
+from topo_region_seg.data import BoolArray, Cloud, FloatArray, IntArray, Plane
 from topo_region_seg.params import Params
-from topo_region_seg.steps.sensor import Sensor
+from topo_region_seg.steps.sensor import Sensor, possible_axes
 from topo_region_seg.steps.support.ground import scene_of
 from topo_region_seg.steps.support.judgement import Judged
 from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
@@ -21,8 +22,63 @@ from topo_region_seg.steps.support.surfaces import find_surfaces
 from topo_region_seg.steps.view.camera import camera_axes
 from topo_region_seg.steps.view.grid import image_grid, normals_of_pixels
 from topo_region_seg.steps.view.lengths import Lengths
+from topo_region_seg.steps.view.listed import listed_image
 from topo_region_seg.steps.view.model import sensor_model
 from topo_region_seg.steps.view.scene import BEHIND, FREE, Scene, Surface
+
+
+class Frame(NamedTuple):
+    """A frame as its camera saw it.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is known of it.
+    support : Support
+        The support, and what was made of it.
+    sensor : Sensor or None
+        Where the sensor is known to be; seen from the origin that is for a list of points that lie on a grid of pixels.
+    rows, pixel : (N,) int64
+        The input rows of its points, and their pixels.
+    xyz : (N, 3) float64
+        Their positions, metres, the sensor at the origin.
+    """
+
+    scene: Scene
+    support: Support
+    sensor: Sensor | None
+    rows: IntArray
+    pixel: IntArray
+    xyz: FloatArray
+
+
+def frame_of(
+    cloud: Cloud, rows: IntArray, xyz: FloatArray, params: Params, sensor: Sensor | None, up: FloatArray | None
+) -> Frame | None:
+    """Return the frame of a cloud, organized or a list of points; None if its points are no camera's.
+
+    Parameters
+    ----------
+    cloud : Cloud
+        The cloud.
+    rows, xyz : (N,) int64, (N, 3) float64
+        The rows that are not cropped, and their positions, metres, the sensor at the origin.
+    params, sensor, up
+        As `frame_scene` takes them.
+    """
+    pixel, height, width = rows, cloud.height, cloud.width
+    if not cloud.organized:
+        for axes in possible_axes(cloud, params):
+            image = listed_image(xyz, axes)
+            if image is not None:
+                break
+        else:
+            return None
+        pixel, height, width = image.pixel, image.height, image.width
+        rows, xyz = rows[image.point], np.ascontiguousarray(xyz[image.point])
+        sensor = Sensor(np.zeros(3) if sensor is None else sensor.position, axes)
+    found = frame_scene(xyz, pixel, height, width, params, sensor, up)
+    return None if found is None else Frame(*found, sensor, rows, pixel, xyz)
 
 
 def frame_scene(

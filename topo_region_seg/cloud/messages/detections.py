@@ -17,7 +17,7 @@ from topo_region_seg.data import FloatArray
 CLASSES = {"regions": "region", "objects": "object", "supervoxels": "supervoxel"}
 """What a region is called, by what gets a label."""
 UNJUDGED = 1.0
-"""Score of what has no confidence: only objects of organized clouds are judged."""
+"""Score of what has no confidence: only objects of a camera's image are judged."""
 
 
 def detections(types: MessageTypes, answer: Answer) -> Any:

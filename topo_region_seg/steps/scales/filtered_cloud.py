@@ -49,6 +49,8 @@ class FilteredCloud:
         How the regions grow.
     scene : Scene or None
         What is known of the frame, where objects are told apart on its image grid.
+    pixel : (N,) int64 or None
+        The pixels of the points where there is a scene.
     lengths : Lengths
         How lengths grow with the depth there.
     near : NearLists or None
@@ -69,6 +71,7 @@ class FilteredCloud:
     plane: Plane | None
     growth: Growth
     scene: Scene | None = None
+    pixel: IntArray | None = None
     lengths: Lengths = AS_GIVEN
     near: NearLists | None = None
 
