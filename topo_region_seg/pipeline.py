@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
@@ -40,6 +39,7 @@ from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
+from topo_region_seg.warm_up_clouds import SIDE, made_cloud, made_frame
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -207,7 +207,7 @@ def warm_up() -> None:
 
 
 def _warm_up_regions() -> None:
-    xyz, rgb = _made_cloud()
+    xyz, rgb = made_cloud()
     for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
         Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), _unheard).cut(regions=3)
     # Points as even as these have more edges at one scale than a forest needs.
@@ -218,23 +218,23 @@ def _warm_up_regions() -> None:
 
 
 def _warm_up_auto() -> None:
-    xyz, rgb = _made_cloud()
+    xyz, rgb = made_cloud()
     grid = 2 * SIDE**2
     for shape in ((2 * SIDE, SIDE), (1, grid)):
         Pipeline(Params(max_radius="auto")).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), _unheard)
 
 
 def _warm_up_objects() -> None:
-    xyz, rgb = _made_cloud()
+    xyz, rgb = made_cloud()
     Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
-    frame = _made_frame()
+    frame = made_frame()
     seen = frame.reshape(-1, 3)
     for points, rows in ((seen, len(frame)), (seen[np.isfinite(seen[:, 2])], 1)):
         Pipeline(Params(output="objects")).run(Cloud(points, None, rows, len(points) // rows), _unheard)
 
 
 def _warm_up_supervoxels() -> None:
-    xyz, rgb = _made_cloud()
+    xyz, rgb = made_cloud()
     Pipeline(Params(output="supervoxels")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
 
 
@@ -258,39 +258,13 @@ WARM_UPS: dict[str, Callable[[], None]] = {
 }
 """What compiles the kernels of each output, and of messages. Those of regions are most, and others use them too."""
 
-SIDE = 40  # points along each side of what the made cloud holds
-
 
 def _unheard(code: str, text: str) -> None:
     """Take what is said of made clouds."""
 
 
-def _made_cloud() -> tuple[FloatArray, npt.NDArray[np.uint8]]:
-    """Return points (2 SIDE² + 1, 3) of a table and a thing on it, and colors without order."""
-    side = np.linspace(0.0, 0.5, SIDE)
-    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
-    table = np.column_stack([x, y, np.full(x.size, 1.0)])
-    thing = np.column_stack([0.2 * x, 0.2 * y, np.full(x.size, 0.9)])
-    xyz = np.concatenate([table, thing, [[0.9, 0.9, 0.5]]])
-    # Such colors leave much to do, so that also what makes room for it is compiled.
-    return xyz, np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
-
-
 def _merges_small(params: Params) -> bool:
     return params.output == "regions" and params.small_regions == "merge"
-
-
-def _made_frame() -> npt.NDArray[np.float32]:
-    """Return an image grid (60, 80, 3) of a table, a box and a cup on it, and a wall, seen from above."""
-    y, x = np.mgrid[-0.3:0.3:60j, -0.4:0.4:80j]
-    depth = np.full(x.shape, 1.0)
-    depth[:, :8] = 0.8 + 0.5 * (x[:, :8] + 0.4)
-    depth[20:40, 30:50] = 0.9
-    cup = np.hypot(x - 0.25, y) < 0.08
-    depth[cup] = 0.85 + 5.0 * (x[cup] - 0.25) ** 2
-    depth += np.random.default_rng(0).normal(scale=1e-3, size=depth.shape)
-    depth[:2, :2] = np.nan
-    return np.stack([x * depth, y * depth, depth], axis=2).astype(np.float32)
 
 
 def _seen_otherwise(cloud: Cloud, params: Params, known: Sensor | None) -> tuple[FloatArray, IntArray, Notice]:

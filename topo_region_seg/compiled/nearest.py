@@ -158,9 +158,10 @@ def empty_row(near, i):  # type: ignore[no-untyped-def]
         near.d2[index(cell)] = np.inf
 
 
-@inlined
+@kernel
 def insert_near(channels, other, d2, near, i):  # type: ignore[no-untyped-def]
     """Insert `other` among the points nearest to the i-th; once there are enough, only nearer ones are looked for."""
+    channels, near = borrowed(channels), borrowed(near)
     first = i * width_of(near) + LEAF
     last = first + near.k - 1
     if d2 == near.within[index(i)] and d2 == near.d2[index(last)]:

@@ -42,14 +42,19 @@ def run(args: argparse.Namespace) -> int:
             for child in children:
                 _, errors = child.communicate()
                 if child.returncode:
-                    line = (errors.strip().splitlines() or [f"exit status {child.returncode}"])[-1]
-                    raise ToolError(f"the kernels cannot be compiled: {line}")
+                    raise ToolError(f"the kernels cannot be compiled: {_reason(errors, child.returncode)}")
         finally:
             for child in children:
                 child.kill()
     seconds, new = time.monotonic() - started, _count(folder) - before
     print(f"{new} kernels compiled in {seconds:.0f} s into {folder}" if new else f"all kernels are in {folder}")
     return status.DONE
+
+
+def _reason(errors: str, code: int) -> str:
+    """Return the line of a traceback that says most."""
+    lines = [line for line in errors.splitlines() if line.strip() and not line.startswith(" ")]
+    return next((line for line in lines if "Error" in line), lines[-1] if lines else f"exit status {code}")
 
 
 def _child(calls: tuple[str, ...]) -> subprocess.Popen[str]:

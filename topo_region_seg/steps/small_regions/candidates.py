@@ -97,7 +97,7 @@ def listed_outside(lists, channels, region, parent, boxes, reach, point, own, ne
     return found, False
 
 
-@inlined
+@kernel
 def nearest_outside(  # type: ignore[no-untyped-def]
     tree, blocks, channels, region, parent, uniform, boxes, reach, point, own, near
 ):
@@ -107,6 +107,8 @@ def nearest_outside(  # type: ignore[no-untyped-def]
     is the region of a point and `parent` the union-find of the regions; `uniform` (K,) is the region that all points of
     a node belong to, if any; `boxes` (R, 2, 3) are those of the regions.
     """
+    tree, blocks, channels, region = borrowed(tree), borrowed(blocks), borrowed(channels), borrowed(region)
+    parent, uniform, boxes, near = borrowed(parent), borrowed(uniform), borrowed(boxes), borrowed(near)
     x, y, z = channels[index(point), 0], channels[index(point), 1], channels[index(point), 2]
     begin_near(near, x, y, z)
     # What is near the box is no farther from the point than the box's farthest corner and the reach together.

@@ -12,6 +12,7 @@ from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import Tree
 from topo_region_seg.compiled.near_lists import NearLists
 from topo_region_seg.compiled.nearest import Near, room_for_near
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.union_find import find
@@ -178,7 +179,7 @@ def members_in_order(small: Small, current: int) -> IntArray:
     while item >= 0:
         count += 1
         item = small.below[index(item)]
-    members, ranks = np.empty(count, np.int64), np.empty(count, np.int64)
+    members, ranks = np.empty(count, np.int64), np.empty(count)
     count, item = 0, small.head[current]
     while item >= 0:
         r = small.entry[index(item)]
@@ -188,9 +189,9 @@ def members_in_order(small: Small, current: int) -> IntArray:
         item = small.below[index(item)]
     members, ranks = members[:count], ranks[:count]
     if count * MANY < len(small.placed):
-        return members[np.argsort(ranks)]
+        return members[order_of(ranks)]
     for i in range(count):
-        small.placed[index(ranks[i])] = members[i]
+        small.placed[index(np.int64(ranks[i]))] = members[i]
     count = 0
     for place in range(len(small.placed)):
         if small.placed[index(place)] >= 0:
