@@ -155,13 +155,29 @@ def test_limits_that_make_no_sense_are_refused(runs, capsys, limit):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_slower_run_exceeds_the_limit(runs):
+def test_a_run_of_more_cpu_time_exceeds_the_limit_and_one_that_waited_does_not(runs):
     a, b = open_run(runs[0]), open_run(runs[1])
+    assert all(frame.cpu_ms["total"] > 0.0 for frame in b.record.frames)
     for frame in b.record.frames:
         frame.ms["total"] *= 1000.0
     found = compare(a, b)
+    assert not broken(found, summary(found), Limits(max_ms_ratio=50.0))
+    for frame in b.record.frames:
+        frame.cpu_ms["total"] *= 1000.0
+    found = compare(a, b)
     assert broken(found, summary(found), Limits(max_ms_ratio=5.0))
     assert not broken(found, summary(found), Limits(max_ms_ratio=1e9))
+
+
+def test_of_runs_that_do_not_know_their_cpu_time_the_time_counts(runs):
+    a, b = open_run(runs[0]), open_run(runs[1])
+    for frame in b.record.frames:
+        frame.ms["total"] *= 1000.0
+        frame.cpu_ms.clear()
+    found = compare(a, b)
+    sums = summary(found)
+    assert sums["cpu_ms_ratio"] is None and sums["ms_ratio"] == sums["wall_ms_ratio"] > 5.0
+    assert broken(found, sums, Limits(max_ms_ratio=5.0))
 
 
 def quality(wov):

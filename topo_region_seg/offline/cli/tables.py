@@ -51,11 +51,11 @@ def timing_table(frames: Sequence[FrameResult]) -> Table:
 
 
 def change_table(frames: Sequence[FrameChange]) -> Table:
-    """Return a row per frame of what changed from run A to run B."""
+    """Return a row per frame of what changed from run A to run B; CPU time is in milliseconds, as time is."""
     measured = any(a or b for a, b in (frame.quality for frame in frames))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    times = ("CPU ms A", "B", "ms A", "B")
-    for name in ("stamp (s)", "regions A", "B", "changed", "WOv", "ARI", *times):
+    known = any(frame.cpu_ms for frame in frames)
+    for name in ("stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "CPU A" if known else "ms A", "B"):
         table.add_column(name, justify="right")
     for name in ("true WOv A", "B", "true overl. F A", "B") if measured else ():
         table.add_column(name, justify="right")
@@ -63,8 +63,8 @@ def change_table(frames: Sequence[FrameChange]) -> Table:
         cells = [f"{frame.stamp:.3f}", *map(str, frame.regions)]
         cells.append("other points" if frame.changed is None else f"{100 * frame.changed:.1f} %")
         cells += [_or_dash(value, 3) for value in (frame.wov, frame.ari)]
-        for spent in (frame.cpu_ms, frame.ms):
-            cells += [_or_dash(value, 1) for value in spent.get("total", (None, None))]
+        spent = frame.cpu_ms if known else frame.ms
+        cells += [_or_dash(value, 1) for value in spent.get("total", (None, None))]
         if measured:
             cells += [_or_dash(q.get(name) if q else None, 3) for name in ("wov", "overlap_f") for q in frame.quality]
         table.add_row(*cells)

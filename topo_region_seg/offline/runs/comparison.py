@@ -48,8 +48,8 @@ class FrameChange:
     ari: float | None
     changed: float | None
     ms: dict[str, tuple[float | None, float | None]]
-    cpu_ms: dict[str, tuple[float | None, float | None]]
     quality: tuple[Measures | None, Measures | None]
+    cpu_ms: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
     @property
     def region_change(self) -> int:
