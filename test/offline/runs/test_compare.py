@@ -301,6 +301,8 @@ def test_only_known_times_and_qualities_count():
     assert sums["quality_loss"] == pytest.approx((0.1 + 0.4) / 2)
     assert sums["unmatched"] == 3
     assert summary(hand_made(ms={"total": (0.0, 5.0)}))["ms_ratio"] is None
+    sums = summary(hand_made(cpu_ms={"total": (2.0, 1.0)}))
+    assert (sums["ms_ratio"], sums["cpu_ms_ratio"], sums["wall_ms_ratio"]) == (0.5, 0.5, 1.5)
 
 
 def test_the_worst_frame_counts():
@@ -321,9 +323,11 @@ def test_the_table_shows_each_figure_of_a_frame():
         ["10.0", "–"], ["15.0", "–"], ["0.700", "–"], ["0.600", "0.250"], ["0.350", "–"], ["0.300", "0.125"],
     ]  # fmt: skip
     assert [column.header for column in table.columns] == [
-        "stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B", "true overl. F A", "B",
+        "stamp (s)", "reg. A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B", "true overl. F A", "B",
     ]  # fmt: skip
     assert len(change_table(hand_made(quality=(None, None)).frames).columns) == 8
+    table = change_table(hand_made(cpu_ms={"total": (7.0, None)}).frames)
+    assert cells(table)[6:8] == [["7.0"], ["–"]] and table.columns[6].header == "CPU A"
 
 
 def test_the_picture_names_both_runs_and_shows_what_changed(runs, tmp_path, monkeypatch):

@@ -55,7 +55,7 @@ def change_table(frames: Sequence[FrameChange]) -> Table:
     measured = any(a or b for a, b in (frame.quality for frame in frames))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     known = any(frame.cpu_ms for frame in frames)
-    for name in ("stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "CPU A" if known else "ms A", "B"):
+    for name in ("stamp (s)", "reg. A", "B", "changed", "WOv", "ARI", "CPU A" if known else "ms A", "B"):
         table.add_column(name, justify="right")
     for name in ("true WOv A", "B", "true overl. F A", "B") if measured else ():
         table.add_column(name, justify="right")
