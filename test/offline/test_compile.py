@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 topo_region_seg contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command that fills the cache of kernels: what it runs, what it says, and how it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from operator import attrgetter
+from pathlib import Path
+
+import pytest
+
+from topo_region_seg import pipeline
+from topo_region_seg.beyond.boxes import oriented, surfaces
+from topo_region_seg.offline.cli import compile as command
+from topo_region_seg.offline.cli.main import main
+
+MODULES = {"pipeline": pipeline, "oriented": oriented, "surfaces": surfaces}
+
+
+def test_all_that_is_compiled_is_there() -> None:
+    for call in [call for calls in (*command.PROCESSES, command.LAST) for call in calls]:
+        module, name = call.split(".")
+        assert callable(attrgetter(name)(MODULES[module])), call
+    assert pipeline.WARM_UPS.keys() == {"regions", "auto", "objects", "supervoxels", "messages"}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache; what is to be compiled takes no time."""
+    monkeypatch.setattr(command, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(command, "PROCESSES", (("pipeline.Params",), ("pipeline.Params", "pipeline.Params")))
+    monkeypatch.setattr(command, "LAST", ("pipeline.Params",))
+    return tmp_path
+
+
+def test_it_says_what_it_has_compiled(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["compile"]) == 0
+    assert capsys.readouterr().out == f"all kernels are in {folder}\n"
+    made: Callable[..., object] = command._child
+
+    def child(calls: tuple[str, ...]) -> object:
+        (folder / f"{len(calls)}.1.nbc").touch()
+        return made(calls)
+
+    monkeypatch.setattr(command, "_child", child)
+    monkeypatch.setattr(command, "cores", lambda: 2)
+    assert main(["compile"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("2 kernels compiled in ") and said.endswith(f" s into {folder}\n")
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_fails_is_said_in_one_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "LAST", ("pipeline.nothing",))
+    assert main(["compile"]) == 2
+    assert capsys.readouterr().err == (
+        "topo_region_seg compile: error: the kernels cannot be compiled: "
+        "AttributeError: module 'topo_region_seg.pipeline' has no attribute 'nothing'\n"
+    )
+
+
+def test_without_a_folder_it_names_the_variable(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "cache_folder", lambda: None)
+    assert main(["compile"]) == 2
+    assert "set NUMBA_CACHE_DIR" in capsys.readouterr().err
