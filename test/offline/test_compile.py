@@ -29,8 +29,9 @@ def test_all_that_is_compiled_is_there() -> None:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A cache; what is to be compiled takes no time."""
     monkeypatch.setattr(command, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(command, "PROCESSES", (("pipeline.Params",), ("pipeline.Params", "pipeline.Params")))
-    monkeypatch.setattr(command, "LAST", ("pipeline.Params",))
+    monkeypatch.setattr(command, "IMPORTS", "")
+    monkeypatch.setattr(command, "PROCESSES", (("int",), ("int", "int")))
+    monkeypatch.setattr(command, "LAST", ("int",))
     return tmp_path
 
 
@@ -54,11 +55,10 @@ def test_it_says_what_it_has_compiled(
 
 @pytest.mark.usefixtures("folder")
 def test_what_fails_is_said_in_one_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "LAST", ("pipeline.nothing",))
+    monkeypatch.setattr(command, "LAST", ("nothing",))
     assert main(["compile"]) == 2
     assert capsys.readouterr().err == (
-        "topo_region_seg compile: error: the kernels cannot be compiled: "
-        "AttributeError: module 'topo_region_seg.pipeline' has no attribute 'nothing'\n"
+        "topo_region_seg compile: error: the kernels cannot be compiled: NameError: name 'nothing' is not defined\n"
     )
 
 
