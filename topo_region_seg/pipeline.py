@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,17 +15,17 @@ from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
+from topo_region_seg.beyond.objects.image import image_of
 from topo_region_seg.beyond.objects.lattice import normals_in
+from topo_region_seg.beyond.supervoxels.block_normals import block_normals
+from topo_region_seg.beyond.supervoxels.blocks import image_blocks, takes_blocks
 from topo_region_seg.clock import Clock
-from topo_region_seg.cloud import depth_image
-from topo_region_seg.cloud.placing import Transform, moved
-from topo_region_seg.cloud.records import read_records, write_labeled_records
-from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
+from topo_region_seg.compiled.kd_tree import Tree, moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
 from topo_region_seg.compiled.threads import at_most
-from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
+from topo_region_seg.data import Cloud, Components, Features, FloatArray, IntArray, Notice, SegmentationWarning
 from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
-from topo_region_seg.growth import growth_of_output, growth_of_regions, is_auto
+from topo_region_seg.growth import Growth, growth_of_output, is_auto
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation, segmentation_at
 from topo_region_seg.steps.color import srgb_to_lab
@@ -39,7 +40,7 @@ from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
-from topo_region_seg.warm_up_clouds import SIDE, made_cloud, made_frame
+from topo_region_seg.warming import OUTPUTS, compile_filtration, compile_messages, runs
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -106,9 +107,11 @@ class Pipeline:
         scene, support, pixel = None, NO_SUPPORT, rows
         if params.output == "objects" and len(xyz) <= params.max_points:
             with clock("surfaces"):
-                frame = frame_of(cloud, rows, xyz, params, known, up)
-                if frame is not None:
-                    scene, support, known, rows, pixel, xyz = frame
+                image = image_of(cloud, rows, xyz, params, known)
+                frame = None if image is None else frame_of(image, params, up)
+                if image is not None and frame is not None:
+                    (scene, support), known = frame, image.sensor
+                    rows, pixel, xyz = image.rows, image.pixel, image.xyz
         with clock("floor"):
             distance = growth.floor_distance
             if params.remove_floor and scene is None:
@@ -130,7 +133,13 @@ class Pipeline:
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
-            thinned = None if scene else thin_for(params, xyz, rgb, mix_colors=not exact)
+            thinned = at = None
+            if takes_blocks(params, cloud, len(xyz)):
+                size = cloud.height, cloud.width
+                thinned, at, inside = image_blocks(xyz, rgb, rows, size, params, mix_colors=not exact)
+                rows = rows if inside is None else rows[inside]
+            elif scene is None:
+                thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
@@ -139,24 +148,28 @@ class Pipeline:
             seen = growth.uses_color or params.output == "objects"
             lab = srgb_to_lab(points.rgb) if points.rgb is not None and seen else None
         with clock("normals"):
-            tree = position_tree(points.xyz)
+            # What grows on the image grid asks for no tree, nor for the filtration.
+            tree = position_tree(points.xyz) if at is None else None
             radius: float | FloatArray = growth.normal_radius
             if units is not None:
                 radius = units.normal_radius(points.xyz, growth)
             lengths, normals, near = AS_GIVEN, None, None
-            if scene is not None:
+            if scene is not None and tree is not None:
                 lengths = lengths_of(scene, params)
                 normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
-            elif growth.uses_normals:
+            elif at is not None:
+                if growth.uses_normals:
+                    normals = block_normals(points.xyz, at, growth.normal_radius, params.normal_min_neighbors)
+            elif growth.uses_normals and tree is not None:
                 if thinned and units is None and _merges_small(params):
                     near = lists_of_small_regions(len(points.xyz), growth.max_radius)
                 normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors, near)
         local, compared = points.xyz, normals
-        if units is not None:
+        if units is not None and tree is not None:
             with clock("local_units"):
                 local = units.at(points.xyz)
                 tree = tree if local is points.xyz else moved_tree(tree, local)
-        if params.output == "objects" and normals is not None:
+        if params.output == "objects" and normals is not None and tree is not None:
             with clock("grooves"):
                 compared = normals.copy()
                 if scene is None:
@@ -166,10 +179,8 @@ class Pipeline:
                     local = local_positions(points.xyz, scene.axes, lengths)
                     tree = moved_tree(tree, local)
                 compared[grooves] = np.nan
-        with clock("filtration"):
+        with clock("filtration" if at is None else "supervoxels"):
             channels = homogeneity_channels(local, lab, compared, growth)
-            limits = criterion(growth, growth.max_radius)
-            components = filtration(channels, limits, growth.max_radius, tree, needs_normals=not growth.uses_color)
         filtered = FilteredCloud(
             xyz=points.xyz,
             sensor=sensor,
@@ -179,8 +190,8 @@ class Pipeline:
             stand_in=points.voxel if thinned else None,
             given=len(cloud),
             channels=channels,
-            tree=tree,
-            components=components,
+            known_tree=tree,
+            grow=partial(grown, growth),
             features=Features(lab, normals),
             plane=plane,
             growth=growth,
@@ -188,7 +199,11 @@ class Pipeline:
             pixel=pixel,
             lengths=lengths,
             near=near,
+            blocks=at,
         )
+        if at is None:
+            with clock("filtration"):
+                components = filtered.components
         scale = growth.radius
         if auto:
             with clock("stable_scale"):
@@ -200,63 +215,21 @@ class Pipeline:
         return replace(seg, notices=tuple(notices))
 
 
-def warm_up() -> None:
-    """Compile all kernels, or load them from the cache, by segmenting a small made cloud in different ways."""
-    for part in WARM_UPS.values():
-        part()
+def grown(growth: Growth, channels: FloatArray, tree: Tree) -> Components:
+    """Return the components of a whole filtration."""
+    limits = criterion(growth, growth.max_radius)
+    return filtration(channels, limits, growth.max_radius, tree, needs_normals=not growth.uses_color)
 
 
-def _warm_up_regions() -> None:
-    xyz, rgb = made_cloud()
-    for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
-        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), _unheard).cut(regions=3)
-    # Points as even as these have more edges at one scale than a forest needs.
-    dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
-    growth = growth_of_regions(Params())
-    channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
-    filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
-
-
-def _warm_up_auto() -> None:
-    xyz, rgb = made_cloud()
-    grid = 2 * SIDE**2
-    for shape in ((2 * SIDE, SIDE), (1, grid)):
-        Pipeline(Params(max_radius="auto")).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), _unheard)
-
-
-def _warm_up_objects() -> None:
-    xyz, rgb = made_cloud()
-    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
-    frame = made_frame()
-    seen = frame.reshape(-1, 3)
-    for points, rows in ((seen, len(frame)), (seen[np.isfinite(seen[:, 2])], 1)):
-        Pipeline(Params(output="objects")).run(Cloud(points, None, rows, len(points) // rows), _unheard)
-
-
-def _warm_up_supervoxels() -> None:
-    xyz, rgb = made_cloud()
-    Pipeline(Params(output="supervoxels")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), _unheard)
-
-
-def _warm_up_messages() -> None:
-    data = np.zeros(20, np.uint8)
-    data.flags.writeable = False
-    floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)
-    read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
-    record = np.zeros((1, 5), np.float32)
-    write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
-    depth_image.warm_up()
-    moved(Cloud(floats, None, 1, 1), Transform(np.eye(3), np.zeros(3)))
-
-
-WARM_UPS: dict[str, Callable[[], None]] = {
-    "regions": _warm_up_regions,
-    "messages": _warm_up_messages,
-    "objects": _warm_up_objects,
-    "auto": _warm_up_auto,
-    "supervoxels": _warm_up_supervoxels,
-}
-"""What compiles the kernels of each output, and of messages. Those of regions are most, and others use them too."""
+def warm_up(outputs: Iterable[str] = OUTPUTS) -> None:
+    """Compile all kernels of some outputs and of messages, or load them from the cache, by segmenting made clouds."""
+    for output in outputs:
+        for params, cloud in runs(output):
+            seg = Pipeline(params).run(cloud, _unheard)
+            if output == "regions":
+                seg.cut(regions=3)
+                compile_filtration()
+    compile_messages()
 
 
 def _unheard(code: str, text: str) -> None:

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from operator import attrgetter
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,15 +14,23 @@ from topo_region_seg import pipeline
 from topo_region_seg.beyond.boxes import oriented, surfaces
 from topo_region_seg.offline.cli import compile as command
 from topo_region_seg.offline.cli.main import main
+from topo_region_seg.warming import OUTPUTS
 
-MODULES = {"pipeline": pipeline, "oriented": oriented, "surfaces": surfaces}
 
-
-def test_all_that_is_compiled_is_there() -> None:
-    for call in [call for calls in (*command.PROCESSES, command.LAST) for call in calls]:
-        module, name = call.split(".")
-        assert callable(attrgetter(name)(MODULES[module])), call
-    assert pipeline.WARM_UPS.keys() == {"regions", "auto", "objects", "supervoxels", "messages"}
+def test_all_outputs_are_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[str] = []
+    monkeypatch.setattr(pipeline, "warm_up", lambda outputs=OUTPUTS: done.extend(outputs))
+    names = {"pipeline": pipeline, "oriented": SimpleNamespace(warm_up_boxes=lambda: done.append("boxes"))}
+    names["surfaces"] = SimpleNamespace(warm_up_surfaces=lambda: done.append("surfaces"))
+    for calls in command.PROCESSES:
+        for call in calls:
+            eval(call, dict(names))
+    assert sorted(done) == sorted([*OUTPUTS, "boxes", "surfaces"])
+    done.clear()
+    for call in command.LAST:
+        eval(call, dict(names))
+    assert tuple(done) == OUTPUTS
+    assert callable(oriented.warm_up_boxes) and callable(surfaces.warm_up_surfaces)
 
 
 @pytest.fixture
@@ -30,8 +38,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A cache; what is to be compiled takes no time."""
     monkeypatch.setattr(command, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(command, "IMPORTS", "")
-    monkeypatch.setattr(command, "PROCESSES", (("int",), ("int", "int")))
-    monkeypatch.setattr(command, "LAST", ("int",))
+    monkeypatch.setattr(command, "PROCESSES", (("int()",), ("int()", "int()")))
+    monkeypatch.setattr(command, "LAST", ("int()",))
     return tmp_path
 
 
@@ -55,7 +63,7 @@ def test_it_says_what_it_has_compiled(
 
 @pytest.mark.usefixtures("folder")
 def test_what_fails_is_said_in_one_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "LAST", ("nothing",))
+    monkeypatch.setattr(command, "LAST", ("nothing()",))
     assert main(["compile"]) == 2
     assert capsys.readouterr().err == (
         "topo_region_seg compile: error: the kernels cannot be compiled: NameError: name 'nothing' is not defined\n"

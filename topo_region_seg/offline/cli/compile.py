@@ -16,11 +16,11 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
 
 PROCESSES = (
-    ("pipeline._warm_up_regions", "pipeline._warm_up_auto"),
-    ("oriented.warm_up_boxes", "surfaces.warm_up_surfaces", "pipeline._warm_up_messages", "pipeline._warm_up_objects"),
+    ("pipeline.warm_up(['regions', 'auto'])",),
+    ("oriented.warm_up_boxes()", "surfaces.warm_up_surfaces()", "pipeline.warm_up(['objects', 'supervoxels'])"),
 )
 """What compiles about half of the kernels each; those that both need are compiled by who comes first."""
-LAST = ("pipeline.warm_up",)
+LAST = ("pipeline.warm_up()",)
 IMPORTS = "from topo_region_seg import pipeline; from topo_region_seg.beyond.boxes import oriented, surfaces; "
 
 
@@ -59,7 +59,7 @@ def _reason(errors: str, code: int) -> str:
 
 def _child(calls: tuple[str, ...]) -> subprocess.Popen[str]:
     path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
-    code = IMPORTS + "; ".join(f"{call}()" for call in calls)
+    code = IMPORTS + "; ".join(calls)
     given = {**os.environ, "PYTHONPATH": path}
     return subprocess.Popen([sys.executable, "-c", code], env=given, stderr=subprocess.PIPE, text=True)
 
