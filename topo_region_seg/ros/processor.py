@@ -13,6 +13,7 @@ from rclpy.lifecycle import LifecycleNode
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.clock import cpu_seconds
 from topo_region_seg.cloud.layout import CloudFormatError
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.pipeline import MissingColorError, Pipeline
 from topo_region_seg.ros.demand import Demand
 from topo_region_seg.ros.frame import Frame
@@ -83,11 +84,12 @@ class FrameProcessor:
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
         started, cpu_started = time.monotonic(), cpu_seconds()
-        cloud = frame.decode(
-            max_points=pipeline.params.point_limit,
-            warn=self._log.once,
-            needs_color=pipeline.needs_color,
-        )
+        with at_most(pipeline.params.threads):
+            cloud = frame.decode(
+                max_points=pipeline.params.point_limit,
+                warn=self._log.once,
+                needs_color=pipeline.needs_color,
+            )
         msg, frame_id = frame.msg, frame.msg.header.frame_id
         if self.transforms is not None:
             cloud, frame_id = self.transforms.place(cloud, msg.header)

@@ -18,6 +18,7 @@ from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.clock import cpu_seconds
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.cloud.stamp import stamp_of
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import cloud_records, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
@@ -109,7 +110,7 @@ class Replay:
 
     def _decode(self, record: Record) -> _Input:
         given = _Input(record, seconds(record.log_time))
-        with given.decode.measured(), self._rejections(given):
+        with at_most(self._pipeline.params.threads), given.decode.measured(), self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = seconds(stamp_of(given.msg))
             cloud = decode(
