@@ -12,6 +12,7 @@ import numpy.typing as npt
 from topo_region_seg.cloud import depth_image
 from topo_region_seg.cloud.placing import Transform, moved
 from topo_region_seg.cloud.records import read_records, write_labeled_records
+from topo_region_seg.compiled.boxes import join_boxes
 from topo_region_seg.data import Cloud, FloatArray
 from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
@@ -73,7 +74,11 @@ def runs(output: str) -> Iterator[tuple[Params, Cloud]]:
 
 
 def compile_filtration() -> None:
-    """Compile what only points as even as these need: they have more edges at one scale than a forest needs."""
+    """Compile what only points as even as these need, which have more edges at one scale than a forest needs.
+
+    And what only clouds need that are large enough for a tree that several threads build.
+    """
+    join_boxes(np.zeros((1, 3, 2, 4), np.float32), 0, 1, 2)  # type: ignore[no-untyped-call]
     dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
     growth = growth_of_regions(Params())
     channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
