@@ -41,7 +41,7 @@ FLOORS: tuple[set[str], ...] = (
     },
     {"beyond.objects", "beyond.supervoxels", "beyond.auto_scale", "beyond.adjacency"},
     {"segmentation"},
-    {"beyond.boxes", "beyond.tracking", "diagnosis"},
+    {"beyond.boxes", "beyond.tracking", "diagnosis", "warming"},
     {"cloud.messages"},
     {"pipeline"},
     {"api"},

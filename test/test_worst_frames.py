@@ -23,7 +23,7 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.color import srgb_to_lab
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals import estimate
-from topo_region_seg.steps.normals.neighborhoods import nearest_normals
+from topo_region_seg.steps.normals.neighborhoods import fill_normals
 from topo_region_seg.steps.small_regions import settle
 from topo_region_seg.steps.small_regions.candidates import fill_near_lists
 from topo_region_seg.steps.small_regions.merging import merge_small_regions
@@ -43,9 +43,7 @@ def test_normals_of_sparse_points_visit_few_leaves_each(name: str, monkeypatch: 
     for size in SIZES:
         xyz, _ = points(name, size)
         visited: list[int] = []
-        monkeypatch.setattr(
-            estimate, "nearest_normals", lambda *given, into=visited: into.append(nearest_normals(*given))
-        )
+        monkeypatch.setattr(estimate, "fill_normals", lambda *given, into=visited: into.append(fill_normals(*given)))
         for radius in (0.01, 0.1):
             estimate.estimate_normals(xyz, position_tree(xyz), radius, 8)
         assert sum(visited) <= 2 * 60 * (len(xyz) / LEAF + 1)

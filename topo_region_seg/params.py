@@ -248,6 +248,14 @@ class Params(ParameterTable):
         when=(OBJECTS,),
     )
 
+    # Work
+    threads: int = parameter(
+        0,
+        "threads that work at one cloud; 0 = as many as there are cores, at most 8; results do not depend on it",
+        low=0,
+        high=64,
+    )
+
     # Streams
     track_regions: bool = parameter(
         False,

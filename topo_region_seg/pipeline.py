@@ -5,12 +5,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
@@ -21,14 +20,12 @@ from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
 from topo_region_seg.beyond.supervoxels.blocks import image_blocks, takes_blocks
 from topo_region_seg.clock import Clock
-from topo_region_seg.cloud import depth_image
-from topo_region_seg.cloud.placing import Transform, moved
-from topo_region_seg.cloud.records import read_records, write_labeled_records
 from topo_region_seg.compiled.kd_tree import Tree, moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import Cloud, Components, Features, FloatArray, IntArray, Notice, SegmentationWarning
 from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
-from topo_region_seg.growth import Growth, growth_of_output, growth_of_regions, is_auto
+from topo_region_seg.growth import Growth, growth_of_output, is_auto
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation, segmentation_at
 from topo_region_seg.steps.color import srgb_to_lab
@@ -38,10 +35,12 @@ from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
 from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
+from topo_region_seg.steps.small_regions.settle import lists_of_small_regions
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
+from topo_region_seg.warming import OUTPUTS, compile_filtration, compile_messages, runs
 
 AVERAGED = 1.2
 """Largest color difference of joined points, dE, below which voxels must not average colors that differ: a step of one
@@ -80,6 +79,10 @@ class Pipeline:
         MissingColorError
             If the cloud has no color and the criterion compares colors.
         """
+        with at_most(self.params.threads):
+            return self._run(cloud, warn)
+
+    def _run(self, cloud: Cloud, warn: Callable[[str, str], None] | None) -> Segmentation:
         params, growth, auto = self.params, growth_of_output(self.params), is_auto(self.params)
         if cloud.rgb is None and growth.uses_color:
             raise MissingColorError(
@@ -150,7 +153,7 @@ class Pipeline:
             radius: float | FloatArray = growth.normal_radius
             if units is not None:
                 radius = units.normal_radius(points.xyz, growth)
-            lengths, normals = AS_GIVEN, None
+            lengths, normals, near = AS_GIVEN, None, None
             if scene is not None and tree is not None:
                 lengths = lengths_of(scene, params)
                 normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
@@ -158,7 +161,9 @@ class Pipeline:
                 if growth.uses_normals:
                     normals = block_normals(points.xyz, at, growth.normal_radius, params.normal_min_neighbors)
             elif growth.uses_normals and tree is not None:
-                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors)
+                if thinned and units is None and _merges_small(params):
+                    near = lists_of_small_regions(len(points.xyz), growth.max_radius)
+                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors, near)
         local, compared = points.xyz, normals
         if units is not None and tree is not None:
             with clock("local_units"):
@@ -193,6 +198,7 @@ class Pipeline:
             scene=scene,
             pixel=pixel,
             lengths=lengths,
+            near=near,
             blocks=at,
         )
         if at is None:
@@ -215,55 +221,23 @@ def grown(growth: Growth, channels: FloatArray, tree: Tree) -> Components:
     return filtration(channels, limits, growth.max_radius, tree, needs_normals=not growth.uses_color)
 
 
-def warm_up() -> None:
-    """Compile all kernels, or load them from the cache, by segmenting a small made cloud in different ways."""
-
-    def unheard(code: str, text: str) -> None:
-        """Take what is said of the made cloud."""
-
-    side = np.linspace(0.0, 0.5, 40)
-    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
-    table = np.column_stack([x, y, np.full(x.size, 1.0)])
-    thing = np.column_stack([0.2 * x, 0.2 * y, np.full(x.size, 0.9)])
-    xyz = np.concatenate([table, thing, [[0.9, 0.9, 0.5]]])
-    # Colors without order leave much to do, so that also what makes room for it is compiled.
-    rgb = np.random.default_rng(0).integers(0, 256, xyz.shape).astype(np.uint8)
-    for dtype, params in ((np.float32, Params()), (np.float64, Params(voxel_size=0.0))):
-        Pipeline(params).run(Cloud(xyz.astype(dtype), rgb, 1, len(xyz)), unheard).cut(regions=3)
-    Pipeline(Params(output="objects")).run(Cloud(xyz.astype(np.float32), rgb, 1, len(xyz)), unheard)
-    frame = _made_frame()
-    seen = frame.reshape(-1, 3)
-    for points, rows in ((seen, len(frame)), (seen[np.isfinite(seen[:, 2])], 1)):
-        Pipeline(Params(output="objects")).run(Cloud(points, None, rows, len(points) // rows), unheard)
-    auto, grid = Params(max_radius="auto"), 2 * table.shape[0]
-    for shape in ((2 * len(side), len(side)), (1, grid)):
-        Pipeline(auto).run(Cloud(xyz[:grid].astype(np.float32), rgb[:grid], *shape), unheard)
-    data = np.zeros(20, np.uint8)
-    data.flags.writeable = False
-    floats, colors = np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8)
-    read_records(data, 1, 1, 20, 20, (0, 4, 8), (18, 17, 16), floats, colors)
-    record = np.zeros((1, 5), np.float32)
-    write_labeled_records(floats, colors, np.zeros(1, np.uint32), record, record.view(np.uint32))
-    depth_image.warm_up()
-    moved(Cloud(floats, None, 1, 1), Transform(np.eye(3), np.zeros(3)))
-    # Points as even as these have more edges at one scale than a forest needs.
-    dense = 0.001 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3)
-    growth = growth_of_regions(Params())
-    channels = homogeneity_channels(dense, np.zeros_like(dense), np.ones_like(dense), growth)
-    filtration(channels, criterion(growth, growth.max_radius), growth.max_radius)
+def warm_up(outputs: Iterable[str] = OUTPUTS) -> None:
+    """Compile all kernels of some outputs and of messages, or load them from the cache, by segmenting made clouds."""
+    for output in outputs:
+        for params, cloud in runs(output):
+            seg = Pipeline(params).run(cloud, _unheard)
+            if output == "regions":
+                seg.cut(regions=3)
+                compile_filtration()
+    compile_messages()
 
 
-def _made_frame() -> npt.NDArray[np.float32]:
-    """Return an image grid (60, 80, 3) of a table, a box and a cup on it, and a wall, seen from above."""
-    y, x = np.mgrid[-0.3:0.3:60j, -0.4:0.4:80j]
-    depth = np.full(x.shape, 1.0)
-    depth[:, :8] = 0.8 + 0.5 * (x[:, :8] + 0.4)
-    depth[20:40, 30:50] = 0.9
-    cup = np.hypot(x - 0.25, y) < 0.08
-    depth[cup] = 0.85 + 5.0 * (x[cup] - 0.25) ** 2
-    depth += np.random.default_rng(0).normal(scale=1e-3, size=depth.shape)
-    depth[:2, :2] = np.nan
-    return np.stack([x * depth, y * depth, depth], axis=2).astype(np.float32)
+def _unheard(code: str, text: str) -> None:
+    """Take what is said of made clouds."""
+
+
+def _merges_small(params: Params) -> bool:
+    return params.output == "regions" and params.small_regions == "merge"
 
 
 def _seen_otherwise(cloud: Cloud, params: Params, known: Sensor | None) -> tuple[FloatArray, IntArray, Notice]:

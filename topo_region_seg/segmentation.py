@@ -15,6 +15,7 @@ from topo_region_seg.beyond.supervoxels.patches import supervoxels, supervoxels_
 from topo_region_seg.clock import Clock
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.partition import count_off
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import (
     Adjacency,
     Barcode,
@@ -72,8 +73,8 @@ class Segmentation:
         points are no farther apart than 1.9 mm; it grows with their spacing.
     filtered : FilteredCloud
         What the regions of other scales are made from.
-    ms : dict of str to float
-        Milliseconds per stage, in order of execution.
+    ms, cpu_ms : dict of str to float
+        Milliseconds per stage, in order of execution, and those of CPU time in the threads that worked at it.
     notices : tuple of Notice
         What a user should know about the result.
     """
@@ -88,6 +89,7 @@ class Segmentation:
     scale: float
     filtered: FilteredCloud = field(repr=False)
     ms: dict[str, float] = field(default_factory=dict)
+    cpu_ms: dict[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
 
     @property
@@ -178,11 +180,12 @@ class Segmentation:
         if (radius is None) == (regions is None):
             raise ValueError("give either radius or regions")
         last = self.filtered.growth.max_radius
-        if radius is None:
-            radius = _scale_with(self.filtered, self.params, int(regions or 0))
-        elif not 0.0 < radius <= last:
+        if radius is not None and not 0.0 < radius <= last:
             raise ValueError(f"radius is {radius}, must be above 0 and at most the filtration's last scale, {last}")
-        return segmentation_at(self.filtered, _params_of_cut(self.params, float(radius)), float(radius), Clock())
+        with at_most(self.params.threads):
+            if radius is None:
+                radius = _scale_with(self.filtered, self.params, int(regions or 0))
+            return segmentation_at(self.filtered, _params_of_cut(self.params, float(radius)), float(radius), Clock())
 
     def adjacency(self, radius: float | None = None) -> Adjacency:
         """Return which regions touch, and how many pairs of points at their border are near.
@@ -210,7 +213,7 @@ class Segmentation:
 
     def divided(self, region: IntArray) -> Segmentation:
         """Return this segmentation with other regions of the preprocessed points, (M,), from 0; -1 for none."""
-        return _described(self.filtered, region, self.params, self.scale, Clock(self.ms))
+        return _described(self.filtered, region, self.params, self.scale, Clock(self.ms, self.cpu_ms))
 
 
 def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock: Clock) -> Segmentation:
@@ -238,7 +241,7 @@ def _regions(filtered: FilteredCloud, params: Params, scale: float) -> tuple[Int
     if params.output == "objects" and normals is not None:
         loose = np.isnan(channels[:, 6])
         return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params), None
-    return settle_small_regions(channels, tree, components.root, weight, limits, params), None
+    return settle_small_regions(channels, tree, components.root, weight, limits, params, filtered.near), None
 
 
 def _described(
@@ -273,6 +276,7 @@ def _described(
         scale=scale,
         filtered=filtered,
         ms=clock.ms,
+        cpu_ms=clock.cpu_ms,
     )
 
 

@@ -41,7 +41,7 @@ BY_TIME = (
     Choice("steps.normals.neighborhoods.CHUNK", (64, 256, 512, 1024), ("normals",)),
     Choice("beyond.objects.curvature.CHUNK", (64, 256, 512, 1024), ("grooves",)),
 )
-BY_CLOCK = (Choice("steps.filtration.persistence.PAIRS_FOR_TWO", (500, 2_000, 4_000, 8_000, 1_000_000), FILTRATIONS),)
+BY_CLOCK = (Choice("steps.filtration.persistence.PAIRS_FOR_MORE", (500, 2_000, 4_000, 8_000, 1_000_000), FILTRATIONS),)
 BY_QUALITY = (
     Choice("steps.small_regions.settle.CANDIDATES", (1, 4, 8, 16, 32), ("regions",)),
     Choice("steps.support.search.SAMPLE", (500, 1_000, 2_000, 4_000), ("regions",)),

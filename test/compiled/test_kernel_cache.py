@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -106,6 +107,25 @@ def test_kernels_in_use_do_not_become_outdated(tmp_path: Path, monkeypatch: pyte
     assert own.stat().st_mtime > time.time() - 3600.0
 
 
+def test_kernels_are_saved_one_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numba gives what it saves the next free number: two that look at once would write one file."""
+    fcntl = pytest.importorskip("fcntl")
+    monkeypatch.setattr(cache, "cache_folder", lambda: tmp_path)
+    saved: list[tuple[str, str]] = []
+
+    def save(key: str, data: str) -> None:
+        with open(tmp_path / "lock") as lock, pytest.raises(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        saved.append((key, data))
+
+    compiled = SimpleNamespace(_cache=SimpleNamespace(_cache_file=SimpleNamespace(save=save)))
+    cache.save_one_at_a_time(compiled)
+    for number in "12":
+        compiled._cache._cache_file.save(number, "code")
+    assert saved == [("1", "code"), ("2", "code")]
+    cache.save_one_at_a_time(SimpleNamespace())  # what is not kept
+
+
 WARM = """
 import importlib, pathlib
 import numpy as np, topo_region_seg as trs
@@ -124,7 +144,7 @@ xyz = rng.random((60000, 3)) * [0.6, 0.6, 0.2] + [0.0, 0.0, 0.8]
 rgb = rng.integers(0, 256, xyz.shape).astype(np.uint8)
 for changes in ({"voxel_size": 0.0}, {"features": "color"}, {"features": "normals"}, {"small_regions": "remove"},
                 {"remove_floor": False}, {"crop_box": (0, 0, 0, 1, 1, 1)}, {"max_radius": 0.1, "normal_radius": 0.1},
-                {"max_radius": "auto"}):
+                {"max_radius": "auto"}, {"output": "supervoxels"}):
     for dtype in (np.float32, np.float64):
         for n in (0, 1, 3000, 60000):
             trs.segment(xyz[:n].astype(dtype), rgb[:n], trs.Params(**changes))

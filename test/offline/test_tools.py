@@ -254,13 +254,14 @@ def test_replay_is_the_pipeline_frame_by_frame(name, bag, tmp_path, capsys):
         assert (result.height, result.width) == (given.height, given.width)
         labels = np.asarray(result.data).reshape(-1, 20)[:, 16:].copy().view("<u4")[:, 0]
         np.testing.assert_array_equal(labels, seg.labels)
-        assert set(frame) == {"stamp", "points", "regions", "ms"}
+        assert set(frame) == {"stamp", "points", "regions", "ms", "cpu_ms"}
         assert (frame["stamp"], frame["points"], frame["regions"]) == (
             given.header.stamp.sec + 2e-9,
             768,
             len(seg.regions),
         )
-        assert set(frame["ms"]) >= {"total", "filtration", "normals"}
+        assert set(frame["ms"]) >= {"total", "filtration", "normals"} and list(frame["cpu_ms"]) == list(frame["ms"])
+        assert all(0.0 <= spent <= frame["cpu_ms"]["total"] for spent in frame["cpu_ms"].values())
     with open_bag(out) as reader:
         assert [topic.name for topic in reader.topics] == ["/labeled_points", "/region_count"]
 

@@ -323,5 +323,6 @@ def test_diagnostics_tell_rates_times_and_counts(client: Client) -> None:
     assert figures["state"] == "active"
     assert float(figures["output rate (Hz)"]) > 0
     assert float(figures["stage filtration, median (ms)"]) > 0
+    assert float(figures["stage filtration, median CPU time (ms)"]) > 0
     assert float(figures["latency, median (ms)"]) > 0
     assert figures["regions"] == "2"

@@ -24,7 +24,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
 
 
 def answered(statistics: Statistics, ms: float = 1.0, age: float = 2.0) -> None:
-    statistics.processed({"filtration": ms}, ms, age, points=7, regions=3, stamp="5.000000000")
+    statistics.processed({"filtration": ms}, ms, age, points=7, regions=3, stamp="5.000000000", cpu_ms={"crop": 2 * ms})
 
 
 def test_before_the_first_cloud_everything_is_nothing(clock: SimpleNamespace) -> None:
@@ -99,7 +99,7 @@ def test_a_new_stretch_forgets_times_and_keeps_counts(clock: SimpleNamespace) ->
     now = statistics.snapshot()
     assert (now.received, now.processed, now.dropped, now.regions) == (1, 1, 1, 3)
     assert (now.idle, now.stretch, now.input_hz, now.output_hz, now.stamp_age_ms) == (1.0, 1.0, 0.0, 0.0, None)
-    assert (now.stages_ms, now.latencies_ms) == ({}, {})
+    assert (now.stages_ms, now.stages_cpu_ms, now.latencies_ms) == ({}, {}, {})
 
 
 def test_medians_are_those_of_the_last_frames() -> None:
@@ -109,6 +109,6 @@ def test_medians_are_those_of_the_last_frames() -> None:
     now = statistics.snapshot()
     last = range(2 * WINDOW, 3 * WINDOW)
     middle = (last[WINDOW // 2 - 1] + last[WINDOW // 2]) / 2
-    assert now.stages_ms == {"filtration": middle}
+    assert (now.stages_ms, now.stages_cpu_ms) == ({"filtration": middle}, {"crop": 2 * middle})
     assert now.stamp_age_ms == -middle
     assert now.latencies_ms["max"] == last[-1] and now.latencies_ms["median"] == last[WINDOW // 2 - 1]

@@ -17,8 +17,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numba
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
 
 PACKAGE = Path(__file__).resolve().parent.parent
 ROOMS = ("compiled", "steps", "beyond", "cloud")
@@ -57,6 +63,22 @@ def cache_folder() -> Path | None:
             _delete_outdated(place, name, OUTDATED_BESIDE if place == beside else OUTDATED_ELSEWHERE)
             return place / name
     return None
+
+
+def save_one_at_a_time(compiled: Any) -> None:
+    """Let no two processes save code of one kernel at once: numba numbers the files of a kernel by what is there."""
+    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    folder = cache_folder()
+    if file is None or folder is None or fcntl is None:
+        return
+    save = file.save
+
+    def save_alone(key: Any, data: Any) -> None:
+        with open(folder / "lock", "ab") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            save(key, data)
+
+    file.save = save_alone
 
 
 def _digest() -> str:

@@ -31,7 +31,7 @@ from llvmlite import ir
 from numba.core.types import Array, BaseTuple  # type: ignore[attr-defined]
 from numba.extending import intrinsic
 
-from topo_region_seg.compiled.cache import kept_on_disk
+from topo_region_seg.compiled.cache import kept_on_disk, save_one_at_a_time
 
 F = TypeVar("F", bound=Callable[..., Any])
 index = np.uint64
@@ -53,6 +53,8 @@ def summing(function: F) -> F:
 def _compiled(function: F, **options: Any) -> F:
     with kept_on_disk() as kept:
         compiled: F = numba.njit(nogil=True, cache=kept, error_model="numpy", **options)(function)
+    if kept:
+        save_one_at_a_time(compiled)
     return compiled
 
 

@@ -18,10 +18,11 @@ import numpy.typing as npt
 
 from topo_region_seg.compiled.boxes import bound_channel, join_boxes
 from topo_region_seg.compiled.dialect import index, inlined, kernel
-from topo_region_seg.compiled.threads import side_by_side
+from topo_region_seg.compiled.threads import side_by_side, threads
 from topo_region_seg.data import FloatArray, IndexArray
 
 LEAF = 8  # so that the pairs of points of two leaves are the bits of a word, and a leaf in float32 is one vector
+FEWEST = 4096  # points of a run of nodes from which on it is worth a thread of its own
 SAMPLE = 16  # points that tell along which channel a node is widest; `python -m benchmarks.tricks constants`
 
 
@@ -83,13 +84,20 @@ def build_tree(channels: FloatArray, weights: FloatArray, by_position: Tree | No
     tree.stop[0] = n
     columns = np.ascontiguousarray(channels.T)
     keys = np.empty(n)
-    given: bool = split_nodes(tree, columns, weights, keys, 0, 1, by_position is not None)
-    other = int(tree.right[0])
-    if other:
-        # Each half is a run of nodes of its own.
-        halves = [(1, other), (other, n_nodes)]
-        side_by_side(split_nodes, [(tree, columns, weights, keys, first, end, given) for first, end in halves])
-        join_boxes(tree.boxes, 0, 1, other)
+    # Nodes that are halved one by one, until each thread has some of the runs of nodes below them.
+    above: list[tuple[int, int]] = []
+    runs = [(0, n_nodes, by_position is not None)]
+    while len(runs) < 2 * threads() and n >= FEWEST * len(runs):
+        some = [(tree, columns, weights, keys, first, first + 1, given) for first, _, given in runs]
+        halved = zip(runs, side_by_side(split_nodes, some), strict=True)
+        runs = []
+        for (first, end, _), given in halved:
+            other = int(tree.right[first])
+            above.append((first, other))
+            runs += [(first + 1, other, given), (other, end, given)]
+    side_by_side(split_nodes, [(tree, columns, weights, keys, *run) for run in runs])
+    for first, other in reversed(above):
+        join_boxes(tree.boxes, first, first + 1, other)
     return tree
 
 
@@ -100,7 +108,7 @@ def split_nodes(
     """Split the nodes of a subtree, first_node..end_node, then fill the boxes from the leaves up.
 
     Where the nodes are `given` already split by position, those that are widest in position are left as they are.
-    Returns whether the last node was.
+    Of a single node that is no leaf the box is not filled. Returns whether it was left as it was.
     """
     split_until = 0 if given else end_node
     for k in range(first_node, end_node):
@@ -118,7 +126,7 @@ def split_nodes(
         for row in range(start, stop):
             keys[index(row)] = column[index(tree.order[index(row)])]
         _select(keys, tree.order, start, stop - 1, middle)
-    if end_node == 1 and tree.right[0]:
+    if end_node == first_node + 1 and tree.right[first_node]:
         return split_until == 0
     fill_boxes(tree, columns, first_node, end_node)
     return False

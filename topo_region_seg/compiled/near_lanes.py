@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.core.types import int64
 from numba.extending import intrinsic
 
@@ -79,6 +79,91 @@ def within_leaf(typing_context, blocks, row, x, y, z, within, d2):  # type: igno
 
 
 @intrinsic
+def insert_leaf(typing_context, blocks, groups, order, row_a, row_b, within, rows, ids):  # type: ignore[no-untyped-def]
+    """Insert the points of one leaf among those nearest to the points of another, for all of these at a time.
+
+    Parameters
+    ----------
+    typing_context
+        numba's; a kernel does not give it.
+    blocks, groups, row_a, row_b
+        As `within_leaves` takes them.
+    order : (N,) int32
+        Id of the point in each row of the tree.
+    within : (LEAF,) float64
+        Squared reach of each point of the first leaf; below 0: none. It shrinks to the distance of the last one found.
+    rows, ids : (k * LEAF,) float64, int64
+        Of each of k places the squared distances, the smallest first, and the ids of the points in that place.
+
+    Returns
+    -------
+    int64
+        Bit i is set where something was as far from point i as what was found before: its order is not looked at.
+    """
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        blocks, groups, order, row_a, row_b, within, rows, ids = _with_data(context, builder, signature, arguments)
+        array = context.make_array(signature.args[6])(context, builder, value=arguments[6])
+        last = builder.sub(cgutils.unpack_tuple(builder, array.shape)[0], _long(LEAF))
+        own, own_groups = _positions(builder, blocks, row_a), load(builder, groups, row_a, _WORDS)
+        of_b = _place(builder, row_b)
+        endless = splat(builder, ir.Constant(ir.DoubleType(), float("inf")), _DOUBLES)
+        ties = cgutils.alloca_once_value(builder, ir.Constant(ir.IntType(LEAF), 0))
+        with cgutils.for_range(builder, _long(LEAF)) as points:
+            place = builder.add(of_b, points.index)
+            other = [_splat_at(builder, blocks, builder.add(place, _long(c * LEAF)), _DOUBLES) for c in range(3)]
+            d2, reach = _sum_of_squares(builder, own, other), load(builder, within, _long(0), _DOUBLES, align=8)
+            row = builder.add(row_b, points.index)
+            near = builder.icmp_signed("!=", _splat_at(builder, groups, row, _WORDS), own_groups)
+            # What fills up the last leaf is infinitely far.
+            for limit, relation in ((reach, "<="), (endless, "<")):
+                near = builder.and_(near, builder.fcmp_ordered(relation, d2, limit))
+            some = builder.icmp_signed("!=", builder.bitcast(near, ir.IntType(LEAF)), ir.Constant(ir.IntType(LEAF), 0))
+            with builder.if_then(some):
+                # A comparison with what is no number is false, so that it comes nowhere.
+                d2 = builder.select(near, d2, splat(builder, ir.Constant(ir.DoubleType(), float("nan")), _DOUBLES))
+                point = builder.sext(builder.load(builder.gep(order, [row])), _LONG)
+                _insert(builder, rows, ids, last, d2, splat(builder, point, _LONGS), ties)
+                builder.store(
+                    _smaller(builder, reach, load(builder, rows, last, _DOUBLES, align=8)),
+                    _vector_at(builder, within, _long(0), _DOUBLES),
+                    align=8,
+                )
+        return builder.zext(builder.load(ties), _LONG)
+
+    return int64(blocks, groups, order, row_a, row_b, within, rows, ids), build
+
+
+def _insert(builder: Any, rows: Any, ids: Any, last: Any, d2: Any, points: Any, ties: Any) -> None:
+    """Insert `d2` and its points into rows, from the last on, so that none has to wait for another; note equal ones."""
+    kinds = (rows, _DOUBLES, d2), (ids, _LONGS, points)
+    here = [cgutils.alloca_once_value(builder, load(builder, data, last, kind, align=8)) for data, kind, _ in kinds]
+    stays = cgutils.alloca_once_value(builder, _stays(builder, builder.load(here[0]), d2, ties))
+    with cgutils.for_range_slice(builder, last, _long(0), _long(-LEAF), inc=False) as (place, _):
+        before = builder.sub(place, _long(LEAF))
+        there = [load(builder, data, before, kind, align=8) for data, kind, _ in kinds]
+        earlier = _stays(builder, there[0], d2, ties)
+        for (data, kind, new), old, moved in zip(kinds, here, there, strict=True):
+            inserted = builder.select(builder.load(stays), builder.load(old), builder.select(earlier, new, moved))
+            builder.store(inserted, _vector_at(builder, data, place, kind), align=8)
+            builder.store(moved, old)
+        builder.store(earlier, stays)
+    for (data, kind, new), old in zip(kinds, here, strict=True):
+        inserted = builder.select(builder.load(stays), builder.load(old), new)
+        builder.store(inserted, _vector_at(builder, data, _long(0), kind), align=8)
+
+
+def _stays(builder: Any, values: Any, d2: Any, ties: Any) -> Any:
+    same = builder.bitcast(builder.fcmp_ordered("==", d2, values), ir.IntType(LEAF))
+    builder.store(builder.or_(builder.load(ties), same), ties)
+    return builder.fcmp_unordered(">=", d2, values)
+
+
+def _smaller(builder: Any, one: Any, other: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", other, one), other, one)
+
+
+@intrinsic
 def insert_lanes(typing_context, keys, ids, place, key, own):  # type: ignore[no-untyped-def]
     """Insert a key, and an id, in LEAF cells of a sorted row that begin at a place, behind keys that are the same.
 
@@ -144,12 +229,17 @@ def _positions(builder: Any, blocks: Any, row: Any) -> list[Any]:
 
 def _squares(builder: Any, own: list[Any], others: list[Any], d2: Any, place: int) -> Any:
     """Return squared distances of a place from a leaf's points, which are kept in `d2`, rounded as in plain code."""
+    total = _sum_of_squares(builder, own, others)
+    builder.store(total, _vector_at(builder, d2, _long(place), _DOUBLES), align=8)
+    return total
+
+
+def _sum_of_squares(builder: Any, own: list[Any], others: list[Any]) -> Any:
     total = None
     for one, other in zip(own, others, strict=True):
         difference = builder.fsub(other, one)
         square = builder.fmul(difference, difference)
         total = square if total is None else builder.fadd(total, square)
-    builder.store(total, _vector_at(builder, d2, _long(place), _DOUBLES), align=8)
     return total
 
 

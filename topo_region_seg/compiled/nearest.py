@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.compiled.boxes import bound_channel
-from topo_region_seg.compiled.dialect import index, inlined, kernel
+from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF
 from topo_region_seg.compiled.lanes import trailing_zeros
-from topo_region_seg.compiled.near_lanes import insert_lanes, within_leaves
+from topo_region_seg.compiled.near_lanes import insert_lanes, insert_leaf, within_leaves
 from topo_region_seg.compiled.walks import Walk, new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IntArray
 
@@ -30,6 +30,8 @@ class Near(NamedTuple):
     d2: FloatArray  # (LEAF * W,) their squared distances, m²; inf where none is found yet
     point: IntArray  # (LEAF * W,) their ids
     within: FloatArray  # (LEAF,) squared distance up to which points are looked for; below 0: for none
+    rows: FloatArray  # (k * LEAF,) their squared distances, place by place, while the points of a leaf are dealt with
+    ids: IntArray  # (k * LEAF,) and their ids
     leaf_d2: FloatArray  # (LEAF * LEAF,) squared distances of the points of two leaves
     box: npt.NDArray[np.float32]  # (1, 1, 2, 4) the box around one point
     walk: Walk
@@ -42,7 +44,8 @@ def room_for_near(k: int) -> Near:
     width = LEAF + (k + LEAF - 1) // LEAF * LEAF
     d2, point = np.full(LEAF * width, -np.inf), np.zeros(LEAF * width, np.int64)
     box, walk = np.zeros((1, 1, 2, 4), np.float32), new_walk()
-    return Near(d2, point, np.empty(LEAF), np.empty(LEAF * LEAF), box, walk, k)
+    rows, ids = np.empty(LEAF * k), np.zeros(LEAF * k, np.int64)
+    return Near(d2, point, np.empty(LEAF), rows, ids, np.empty(LEAF * LEAF), box, walk, k)
 
 
 @inlined
@@ -58,6 +61,12 @@ def near_point(near, i, place):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def near_distance2(near, i, place):  # type: ignore[no-untyped-def]
+    """Return the squared distance, m², of the point nearest to the i-th but `place` others; inf where there is none."""
+    return near.d2[index(i * width_of(near) + LEAF + place)]
+
+
+@inlined
 def nearest_of_leaf(tree, blocks, groups, channels, leaf, near):  # type: ignore[no-untyped-def]
     """Fill `near` with the points nearest to those of a leaf, of other groups than theirs, each `within` its own reach.
 
@@ -66,11 +75,48 @@ def nearest_of_leaf(tree, blocks, groups, channels, leaf, near):  # type: ignore
     Return how many leaves were visited.
     """
     own, size = np.int64(tree.start[index(leaf)]), np.int64(tree.stop[index(leaf)] - tree.start[index(leaf)])
+    farthest, ties = -1.0, 0
+    for i in range(LEAF):
+        if i >= size:
+            near.within[index(i)] = -1.0
+        farthest = max(farthest, near.within[index(i)])
+    for cell in range(len(near.rows)):
+        near.rows[index(cell)] = np.inf
+    near.walk.node[0], near.walk.gap[0] = 0, 0.0
+    top, visited = 1, 0
+    while farthest >= 0.0:
+        other, top = next_leaf(tree, tree.boxes, leaf, farthest, True, near.walk, top)
+        if other < 0:
+            break
+        visited += 1
+        start = np.int64(tree.start[index(other)])
+        ties |= insert_leaf(blocks, groups, tree.order, own, start, near.within, near.rows, near.ids)
+        farthest = -1.0
+        for i in range(LEAF):
+            farthest = max(farthest, near.within[index(i)])
+    width = width_of(near)
+    if ties:
+        for i in range(LEAF):
+            near.within[index(i)] = near.within[index(i)] if ties >> i & 1 else -1.0
+        visited += nearest_in_order(tree, blocks, groups, channels, leaf, near)
+    for i in range(size):
+        if ties >> i & 1:
+            continue
+        for place in range(near.k):
+            cell, row = index(i * width + LEAF + place), index(place * LEAF + i)
+            near.d2[cell], near.point[cell] = near.rows[row], near.ids[row]
+    return visited
+
+
+@kernel
+def nearest_in_order(tree, blocks, groups, channels, leaf, near):  # type: ignore[no-untyped-def]
+    """Do the same one by one, for points of which others are equally far; `near.within` may be shorter already."""
+    tree, blocks, groups, near = borrowed(tree), borrowed(blocks), borrowed(groups), borrowed(near)
+    channels = borrowed(channels)
+    own, size = np.int64(tree.start[index(leaf)]), np.int64(tree.stop[index(leaf)] - tree.start[index(leaf)])
     farthest = -1.0
     for i in range(LEAF):
         empty_row(near, i)
-        if i >= size:
-            near.within[index(i)] = -1.0
         farthest = max(farthest, near.within[index(i)])
     near.walk.node[0], near.walk.gap[0] = 0, 0.0
     top, visited = 1, 0
@@ -81,8 +127,6 @@ def nearest_of_leaf(tree, blocks, groups, channels, leaf, near):  # type: ignore
         visited += 1
         start, others = np.int64(tree.start[index(other)]), np.int64(tree.stop[index(other)] - tree.start[index(other)])
         hits = within_leaves(blocks, groups, own, start, near.within, near.leaf_d2)
-        if hits == 0:
-            continue
         while hits:
             place = trailing_zeros(hits)
             hits &= hits - 1
@@ -114,9 +158,10 @@ def empty_row(near, i):  # type: ignore[no-untyped-def]
         near.d2[index(cell)] = np.inf
 
 
-@inlined
+@kernel
 def insert_near(channels, other, d2, near, i):  # type: ignore[no-untyped-def]
     """Insert `other` among the points nearest to the i-th; once there are enough, only nearer ones are looked for."""
+    channels, near = borrowed(channels), borrowed(near)
     first = i * width_of(near) + LEAF
     last = first + near.k - 1
     if d2 == near.within[index(i)] and d2 == near.d2[index(last)]:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from topo_region_seg.cloud.layout import CloudFormatError
 from topo_region_seg.pipeline import MissingColorError
@@ -24,14 +24,16 @@ class FrameResult:
         Header stamp, seconds.
     points, regions : int
         Number of points, invalid ones included, and of regions.
-    ms : dict of str to float
-        Milliseconds per stage, and their `total`.
+    ms, cpu_ms : dict of str to float
+        Milliseconds per stage, and their `total`; the same of CPU time in the threads that worked at this cloud, which
+        is empty in records of versions that did not measure it.
     """
 
     stamp: float
     points: int
     regions: int
     ms: dict[str, float]
+    cpu_ms: dict[str, float] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True)

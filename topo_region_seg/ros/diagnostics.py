@@ -147,4 +147,5 @@ def _values(state: str, now: Snapshot) -> dict[str, str]:
     values |= {f"latency, {name} (ms)": f"{ms:.1f}" for name, ms in now.latencies_ms.items()}
     if live:
         values["stamp age, median (ms)"] = f"{now.stamp_age_ms:.1f}"
-    return values | {f"stage {stage}, median (ms)": f"{ms:.2f}" for stage, ms in now.stages_ms.items()}
+    values |= {f"stage {stage}, median (ms)": f"{ms:.2f}" for stage, ms in now.stages_ms.items()}
+    return values | {f"stage {stage}, median CPU time (ms)": f"{ms:.2f}" for stage, ms in now.stages_cpu_ms.items()}

@@ -9,7 +9,9 @@ import traceback
 from typing import Any
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.clock import cpu_seconds
 from topo_region_seg.cloud.layout import CloudFormatError
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.pipeline import MissingColorError, Pipeline
 from topo_region_seg.ros.demand import Demand
 from topo_region_seg.ros.feed import Feed
@@ -69,28 +71,31 @@ class FrameProcessor:
 
     def _answer(self, frame: Frame) -> None:
         pipeline = self.pipeline
-        started = time.monotonic()
-        cloud = frame.decode(
-            max_points=pipeline.params.point_limit,
-            warn=self._log.once,
-            needs_color=pipeline.needs_color,
-        )
+        started, cpu_started = time.monotonic(), cpu_seconds()
+        with at_most(pipeline.params.threads):
+            cloud = frame.decode(
+                max_points=pipeline.params.point_limit,
+                warn=self._log.once,
+                needs_color=pipeline.needs_color,
+            )
         msg, frame_id = frame.msg, frame.msg.header.frame_id
         if self.transforms is not None:
             cloud, frame_id = self.transforms.place(cloud, msg.header)
             msg = in_frame(msg, frame_id)
-        decoded = time.monotonic()
+        decoded, cpu_decoded = time.monotonic(), cpu_seconds()
         if not frame_id:
             self._log.once("empty_frame_id", "clouds have an empty frame_id; RViz and tf cannot place the output")
         stamp = msg.header.stamp
         seg = pipeline.run(cloud, self._notice)
         seconds = stamp.sec + 1e-9 * stamp.nanosec
         seg = self._tracker.follow(cloud, seg, seconds, frame_id, self._notice)
-        segmented = time.monotonic()
+        segmented, cpu_segmented = time.monotonic(), cpu_seconds()
         topics = self._outputs.publish(msg, cloud, seg)
-        published = time.monotonic()
+        published, cpu_published = time.monotonic(), cpu_seconds()
 
         stages = {"decode": 1e3 * (decoded - started), **seg.ms, "publish": 1e3 * (published - segmented)}
+        decode_cpu, publish_cpu = cpu_decoded - cpu_started, cpu_published - cpu_segmented
+        cpu_stages = {"decode": 1e3 * decode_cpu, **seg.cpu_ms, "publish": 1e3 * publish_cpu}
         # In plain numbers: a stamp may be negative, which rclpy's Time refuses.
         age = 1e-6 * (self._clock.now().nanoseconds - stamp.sec * 1_000_000_000 - stamp.nanosec)
         latency = 1e3 * (published - frame.arrived)
@@ -102,6 +107,7 @@ class FrameProcessor:
             regions=len(seg.regions),
             stamp=_stamp(frame.msg),
             frame_id=frame_id,
+            cpu_ms=cpu_stages,
         )
         told = f"cloud {_stamp(frame.msg)}: {cloud.width}x{cloud.height} points, {len(seg.regions)} regions"
         times = ", ".join(f"{stage} {ms:.1f}" for stage, ms in stages.items())

@@ -43,6 +43,7 @@ class Snapshot:
     input_hz: float
     output_hz: float
     stages_ms: dict[str, float]
+    stages_cpu_ms: dict[str, float]
     latencies_ms: dict[str, float]
     stamp_age_ms: float | None
     points: int
@@ -84,6 +85,7 @@ class Statistics:
             self._inputs: deque[float] = deque()
             self._outputs: deque[float] = deque()
             self._stages: dict[str, deque[float]] = {}
+            self._cpu_stages: dict[str, deque[float]] = {}
             self._latencies: deque[float] = deque(maxlen=WINDOW)
             self._ages: deque[float] = deque(maxlen=WINDOW)
 
@@ -144,13 +146,15 @@ class Statistics:
         regions: int,
         stamp: str,
         frame_id: str = "",
+        cpu_ms: Mapping[str, float] | None = None,
     ) -> None:
-        """Count an answered cloud."""
+        """Count an answered cloud; `cpu_ms` is the CPU time of its stages."""
         with self._lock:
             self._processed += 1
             self._outputs.append(time.monotonic())
-            for stage, ms in stages_ms.items():
-                self._stages.setdefault(stage, deque(maxlen=WINDOW)).append(ms)
+            for kept, times in ((self._stages, stages_ms), (self._cpu_stages, cpu_ms or {})):
+                for stage, ms in times.items():
+                    kept.setdefault(stage, deque(maxlen=WINDOW)).append(ms)
             self._latencies.append(latency_ms)
             self._ages.append(stamp_age_ms)
             self._points, self._regions, self._stamp, self._frame_id = points, regions, stamp, frame_id
@@ -172,6 +176,7 @@ class Statistics:
                 input_hz=_rate(self._inputs, now, span),
                 output_hz=_rate(self._outputs, now, span),
                 stages_ms={stage: median(times) for stage, times in self._stages.items()},
+                stages_cpu_ms={stage: median(times) for stage, times in self._cpu_stages.items()},
                 latencies_ms=_percentiles(self._latencies),
                 stamp_age_ms=median(self._ages) if self._ages else None,
                 points=self._points,

@@ -155,13 +155,29 @@ def test_limits_that_make_no_sense_are_refused(runs, capsys, limit):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_slower_run_exceeds_the_limit(runs):
+def test_a_run_of_more_cpu_time_exceeds_the_limit_and_one_that_waited_does_not(runs):
     a, b = open_run(runs[0]), open_run(runs[1])
+    assert all(frame.cpu_ms["total"] > 0.0 for frame in b.record.frames)
     for frame in b.record.frames:
         frame.ms["total"] *= 1000.0
     found = compare(a, b)
+    assert not broken(found, summary(found), Limits(max_ms_ratio=50.0))
+    for frame in b.record.frames:
+        frame.cpu_ms["total"] *= 1000.0
+    found = compare(a, b)
     assert broken(found, summary(found), Limits(max_ms_ratio=5.0))
     assert not broken(found, summary(found), Limits(max_ms_ratio=1e9))
+
+
+def test_of_runs_that_do_not_know_their_cpu_time_the_time_counts(runs):
+    a, b = open_run(runs[0]), open_run(runs[1])
+    for frame in b.record.frames:
+        frame.ms["total"] *= 1000.0
+        frame.cpu_ms.clear()
+    found = compare(a, b)
+    sums = summary(found)
+    assert sums["cpu_ms_ratio"] is None and sums["ms_ratio"] == sums["wall_ms_ratio"] > 5.0
+    assert broken(found, sums, Limits(max_ms_ratio=5.0))
 
 
 def quality(wov):
@@ -285,6 +301,8 @@ def test_only_known_times_and_qualities_count():
     assert sums["quality_loss"] == pytest.approx((0.1 + 0.4) / 2)
     assert sums["unmatched"] == 3
     assert summary(hand_made(ms={"total": (0.0, 5.0)}))["ms_ratio"] is None
+    sums = summary(hand_made(cpu_ms={"total": (2.0, 1.0)}))
+    assert (sums["ms_ratio"], sums["cpu_ms_ratio"], sums["wall_ms_ratio"]) == (0.5, 0.5, 1.5)
 
 
 def test_the_worst_frame_counts():
@@ -305,9 +323,11 @@ def test_the_table_shows_each_figure_of_a_frame():
         ["10.0", "–"], ["15.0", "–"], ["0.700", "–"], ["0.600", "0.250"], ["0.350", "–"], ["0.300", "0.125"],
     ]  # fmt: skip
     assert [column.header for column in table.columns] == [
-        "stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B", "true overl. F A", "B",
+        "stamp (s)", "reg. A", "B", "changed", "WOv", "ARI", "ms A", "B", "true WOv A", "B", "true overl. F A", "B",
     ]  # fmt: skip
     assert len(change_table(hand_made(quality=(None, None)).frames).columns) == 8
+    table = change_table(hand_made(cpu_ms={"total": (7.0, None)}).frames)
+    assert cells(table)[6:8] == [["7.0"], ["–"]] and table.columns[6].header == "CPU A"
 
 
 def test_the_picture_names_both_runs_and_shows_what_changed(runs, tmp_path, monkeypatch):

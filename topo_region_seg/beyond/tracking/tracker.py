@@ -96,6 +96,7 @@ class Tracker:
             regions=replace(seg.regions, label=label),
             point_labels=table[seg.point_labels],
             ms={**seg.ms, **clock.ms},
+            cpu_ms={**seg.cpu_ms, **clock.cpu_ms},
             notices=notices,
         )
 

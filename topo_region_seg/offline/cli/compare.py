@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     limits.add_argument("--max-changed", metavar="X", type=_share, help="share of changed points in any frame")
     limits.add_argument(
-        "--max-ms-ratio", metavar="R", type=_positive, help="median time per frame of B divided by that of A"
+        "--max-ms-ratio", metavar="R", type=_positive, help="median CPU time per frame of B divided by that of A"
     )
     limits.add_argument(
         "--max-quality-loss", metavar="X", type=_number, help="mean WOv of A against the truth minus that of B"
@@ -121,7 +121,11 @@ def _last_line(sums: dict[str, float | None]) -> str:
         "wov": "WOv {:.3f}",
         "ari": "ARI {:.3f}",
     }
-    overall = {"ms_ratio": "{:.2f} times the time", "quality_loss": "WOv against the truth lower by {:.3f}"}
+    overall = {
+        "cpu_ms_ratio": "{:.2f} times the CPU time",
+        "wall_ms_ratio": "{:.2f} times the time",
+        "quality_loss": "WOv against the truth lower by {:.3f}",
+    }
     parts = []
     for what, shown in (("worst of any frame", in_a_frame), ("overall", overall)):
         known = [text.format(value) for name, text in shown.items() if (value := sums[name]) is not None]
@@ -157,6 +161,7 @@ def _machine(found: Comparison, sums: dict[str, float | None], wrong: list[str])
                 "ari": frame.ari,
                 "changed": frame.changed,
                 "ms": {stage: list(pair) for stage, pair in frame.ms.items()},
+                "cpu_ms": {stage: list(pair) for stage, pair in frame.cpu_ms.items()},
                 "quality": list(frame.quality),
             }
             for frame in found.frames

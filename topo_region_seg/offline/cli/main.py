@@ -27,6 +27,7 @@ COMMANDS = {
     "report": "show a run on one HTML page: charts, pictures, barcodes and points in 3D",
     "compare": "show what changed between two runs; fail beyond given limits, for continuous integration",
     "play": "publish recorded clouds in ROS, as a camera would",
+    "compile": "compile all kernels into their cache, so that nothing that starts later has to",
 }
 """Every subcommand is the module of its name, with `add_arguments(parser)` and `run(args)`, which gives the status."""
 

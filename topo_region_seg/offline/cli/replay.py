@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
         if args.json:
             write_whole(args.json, replay.json_text())
         if replay.frames:
-            output().print(timing_table([frame.ms for frame in replay.frames]))
+            output().print(timing_table(replay.frames))
         _print_summary(args, replay)
     if replay.interrupted:
         return status.INTERRUPTED

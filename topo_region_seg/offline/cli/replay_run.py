@@ -10,13 +10,15 @@ import traceback
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any
 
 from topo_region_seg.beyond.tracking.tracker import Tracker
+from topo_region_seg.clock import cpu_seconds
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.cloud.stamp import stamp_of
+from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.bags.clouds import cloud_records, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
@@ -38,6 +40,20 @@ WRITE_BEHIND = 2
 
 
 @dataclass
+class _Spent:
+    """Milliseconds of one part of the work, and those of CPU time in the threads that worked at it."""
+
+    ms: float = 0.0
+    cpu_ms: float = 0.0
+
+    @contextmanager
+    def measured(self) -> Iterator[None]:
+        start, spent = time.perf_counter(), cpu_seconds()
+        yield
+        self.ms, self.cpu_ms = 1e3 * (time.perf_counter() - start), 1e3 * (cpu_seconds() - spent)
+
+
+@dataclass
 class _Input:
     """A recorded message in progress; where it cannot be used, `cloud` stays None and `rejection` says why."""
 
@@ -45,8 +61,8 @@ class _Input:
     stamp: float
     msg: Any = None
     cloud: Cloud | None = None
-    decode_ms: float = 0.0
-    run_ms: float = 0.0
+    decode: _Spent = field(default_factory=lambda: _Spent())
+    run: _Spent = field(default_factory=lambda: _Spent())
     rejection: Rejection | None = None
 
 
@@ -94,8 +110,7 @@ class Replay:
 
     def _decode(self, record: Record) -> _Input:
         given = _Input(record, seconds(record.log_time))
-        started = time.perf_counter()
-        with self._rejections(given):
+        with at_most(self._pipeline.params.threads), given.decode.measured(), self._rejections(given):
             given.msg = decode_message(record, self.topic)
             given.stamp = seconds(stamp_of(given.msg))
             cloud = decode(
@@ -107,14 +122,12 @@ class Replay:
             given.cloud = self._sensor.place(cloud, given.msg)
             if self._sensor.note:
                 self._warn_once("sensor_frame", self._sensor.note)
-        given.decode_ms = 1e3 * (time.perf_counter() - started)
         return given
 
     def _segment(self, given: _Input) -> Segmentation | None:
         seg = None
         if given.cloud is not None:
-            started = time.perf_counter()
-            with self._rejections(given):
+            with given.run.measured(), self._rejections(given):
                 seg = self._tracker.follow(
                     given.cloud,
                     self._pipeline.run(given.cloud, self._warn_once),
@@ -122,7 +135,6 @@ class Replay:
                     given.msg.header.frame_id,
                     self._warn_once,
                 )
-            given.run_ms = 1e3 * (time.perf_counter() - started)
         return seg
 
     def _finish(self, given: _Input, seg: Segmentation | None, step: Steps) -> None:
@@ -132,8 +144,11 @@ class Replay:
         if given.rejection:
             self.rejected.append(given.rejection)
         elif given.cloud is not None and seg is not None:
-            ms = {"decode": given.decode_ms, **seg.ms, "total": given.decode_ms + given.run_ms}
-            self.frames.append(FrameResult(given.stamp, len(given.cloud), len(seg.regions), rounded(ms)))
+            decode, run = given.decode, given.run
+            ms = {"decode": decode.ms, **seg.ms, "total": decode.ms + run.ms}
+            cpu_ms = {"decode": decode.cpu_ms, **seg.cpu_ms, "total": decode.cpu_ms + run.cpu_ms}
+            counts = len(given.cloud), len(seg.regions)
+            self.frames.append(FrameResult(given.stamp, *counts, rounded(ms), cpu_ms=rounded(cpu_ms)))
         step(f"{self.frames[-1].regions} regions" if self.frames else "")
 
     @contextmanager
@@ -159,7 +174,8 @@ class Replay:
             total = sum(frame.ms["total"] for frame in self.frames) / done
             spread = f"{counts[0]}" if counts[0] == counts[-1] else f"{counts[0]} to {counts[-1]}"
             parts.append(f"{spread} region{'' if spread == '1' else 's'} a cloud")
-            parts.append(f"{total:.0f} ms a cloud")
+            cpu = sum(frame.cpu_ms["total"] for frame in self.frames) / done
+            parts.append(f"{total:.0f} ms a cloud ({cpu:.0f} ms of CPU time)")
         return ", ".join(parts)
 
     def rejected_lines(self) -> list[str]:
@@ -171,7 +187,7 @@ class Replay:
     def json_text(self) -> str:
         """Return the summary as JSON."""
         summary: dict[str, Any] = {
-            "frames": [{"stamp": f.stamp, "points": f.points, "regions": f.regions, "ms": f.ms} for f in self.frames],
+            "frames": [asdict(frame) for frame in self.frames],
             "rejected": [{"stamp": r.stamp, "reason": r.reason} for r in self.rejected],
             "truncated": self.reader.truncated,
             "params": self._pipeline.params.as_dict(),

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ from rich.text import Text
 from topo_region_seg.offline.cli.regions import HEADS, RegionRow
 
 if TYPE_CHECKING:
+    from topo_region_seg.offline.frames import FrameResult
     from topo_region_seg.offline.runs.comparison import FrameChange
 
 
@@ -35,24 +36,26 @@ def region_table(rows: Sequence[RegionRow]) -> Table:
     return table
 
 
-def timing_table(frames: Sequence[Mapping[str, float]]) -> Table:
-    """Return milliseconds per stage over all frames: mean, median, 95th percentile and the slowest."""
+def timing_table(frames: Sequence[FrameResult]) -> Table:
+    """Return milliseconds per stage over all frames: mean, median, 95th percentile and the slowest, and CPU time."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("stage")
-    for name in ("mean ms", "median", "95 %", "max"):
+    for name in ("mean ms", "median", "95 %", "max", "median CPU ms"):
         table.add_column(name, justify="right")
-    for stage in frames[0]:
-        values = np.array([frame.get(stage, 0.0) for frame in frames])
-        figures = (values.mean(), np.median(values), np.percentile(values, 95), values.max())
+    for stage in frames[0].ms:
+        values = np.array([frame.ms.get(stage, 0.0) for frame in frames])
+        cpu = np.median([frame.cpu_ms.get(stage, 0.0) for frame in frames])
+        figures = (values.mean(), np.median(values), np.percentile(values, 95), values.max(), cpu)
         table.add_row(stage, *(f"{value:.1f}" for value in figures), style="bold" if stage == "total" else "")
     return table
 
 
 def change_table(frames: Sequence[FrameChange]) -> Table:
-    """Return a row per frame of what changed from run A to run B."""
+    """Return a row per frame of what changed from run A to run B; CPU time is in milliseconds, as time is."""
     measured = any(a or b for a, b in (frame.quality for frame in frames))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("stamp (s)", "regions A", "B", "changed", "WOv", "ARI", "ms A", "B"):
+    known = any(frame.cpu_ms for frame in frames)
+    for name in ("stamp (s)", "reg. A", "B", "changed", "WOv", "ARI", "CPU A" if known else "ms A", "B"):
         table.add_column(name, justify="right")
     for name in ("true WOv A", "B", "true overl. F A", "B") if measured else ():
         table.add_column(name, justify="right")
@@ -60,7 +63,8 @@ def change_table(frames: Sequence[FrameChange]) -> Table:
         cells = [f"{frame.stamp:.3f}", *map(str, frame.regions)]
         cells.append("other points" if frame.changed is None else f"{100 * frame.changed:.1f} %")
         cells += [_or_dash(value, 3) for value in (frame.wov, frame.ari)]
-        cells += [_or_dash(value, 1) for value in frame.ms.get("total", (None, None))]
+        spent = frame.cpu_ms if known else frame.ms
+        cells += [_or_dash(value, 1) for value in spent.get("total", (None, None))]
         if measured:
             cells += [_or_dash(q.get(name) if q else None, 3) for name in ("wov", "overlap_f") for q in frame.quality]
         table.add_row(*cells)

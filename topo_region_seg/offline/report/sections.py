@@ -126,7 +126,10 @@ def cards(record: RunRecord, frames: Sequence[FrameContent], params: Params) -> 
         spread = f"{counts[0]} to {counts[-1]}" if counts[0] != counts[-1] else f"{counts[0]}"
         shown.append((f"{params.output.capitalize()} a frame", spread, f"median {np.median(counts):g}"))
         shown.append(("Points a frame", f"{points:,}", "median, invalid ones included"))
-        shown.append(("Time a frame", f"{np.median(total):.0f} ms", f"median; p95 {np.percentile(total, 95):.0f} ms"))
+        note = f"median; p95 {np.percentile(total, 95):.0f} ms"
+        cpu = [frame.record.cpu_ms["total"] for frame in frames if "total" in frame.record.cpu_ms]
+        note += f"; CPU time {np.median(cpu):.0f} ms" if cpu else ""
+        shown.append(("Time a frame", f"{np.median(total):.0f} ms", note))
     notes = {"wov": "1 is best", "fos": "0 is best", "fus": "0 is best"}
     names = {"wov": "Weighted overlap", "fos": "Over-segmentation", "fus": "Under-segmentation"}
     for key, note in notes.items():
@@ -193,8 +196,9 @@ def numbers(frames: Sequence[FrameContent]) -> list[Table]:
     for name in [*stages(frames), "total"]:
         values = np.array([frame.record.ms.get(name, 0.0) for frame in frames])
         figures = (values.mean(), np.median(values), np.percentile(values, 95), values.max())
-        timed.append([name, *(_ms(value) for value in figures)])
-    parts.append(Table("Milliseconds", ["stage", "mean", "median", "95 %", "largest"], timed))
+        cpu = [frame.record.cpu_ms[name] for frame in frames if name in frame.record.cpu_ms]
+        timed.append([name, *(_ms(value) for value in figures), _ms(float(np.median(cpu))) if cpu else None])
+    parts.append(Table("Milliseconds", ["stage", "mean", "median", "95 %", "largest", "median CPU time"], timed))
     if measured:
         spread = [(name, np.array(_known(frames, name))) for name in measured]
         parts.append(

@@ -35,8 +35,8 @@ class FrameChange:
         regions of A; 1 if they are the same, None if the clouds differ in size.
     changed : float or None
         Share of the valid points whose regions in the two runs are not counterparts.
-    ms : dict of str to (float or None, float or None)
-        Milliseconds per stage, and `total`.
+    ms, cpu_ms : dict of str to (float or None, float or None)
+        Milliseconds per stage, and `total`; the same of CPU time.
     quality : tuple of Measures or None
         Quality of A and of B, where the truth is known.
     """
@@ -49,6 +49,7 @@ class FrameChange:
     changed: float | None
     ms: dict[str, tuple[float | None, float | None]]
     quality: tuple[Measures | None, Measures | None]
+    cpu_ms: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
     @property
     def region_change(self) -> int:
@@ -173,7 +174,6 @@ def _change(a: RunFrame, b: RunFrame, truth: RunTruth | None) -> FrameChange:
     if len(a.labels) == len(b.labels):
         wov, ari, changed = _agreement(a.labels, b.labels, a.valid)
     true_labels = truth.of(a) if truth else None
-    stages = dict.fromkeys([*a.record.ms, *b.record.ms])
     return FrameChange(
         stamp=a.record.stamp,
         index=(a.index, b.index),
@@ -181,9 +181,14 @@ def _change(a: RunFrame, b: RunFrame, truth: RunTruth | None) -> FrameChange:
         wov=wov,
         ari=ari,
         changed=changed,
-        ms={stage: (a.record.ms.get(stage), b.record.ms.get(stage)) for stage in stages},
+        ms=_paired(a.record.ms, b.record.ms),
+        cpu_ms=_paired(a.record.cpu_ms, b.record.cpu_ms),
         quality=(_quality(a, true_labels, truth), _quality(b, true_labels, truth)),
     )
+
+
+def _paired(a: dict[str, float], b: dict[str, float]) -> dict[str, tuple[float | None, float | None]]:
+    return {stage: (a.get(stage), b.get(stage)) for stage in dict.fromkeys([*a, *b])}
 
 
 def _quality(frame: RunFrame, true_labels: LabelArray | None, truth: RunTruth | None) -> Measures | None:

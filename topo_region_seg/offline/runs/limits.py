@@ -25,7 +25,7 @@ class Limits:
     max_changed : float
         Share of changed points of a frame.
     max_ms_ratio : float
-        Median time per frame of B divided by that of A.
+        Median CPU time per frame of B divided by that of A; of time, where one of them does not know its CPU time.
     max_quality_loss : float
         Mean WOv against the truth of A minus that of B.
     max_unmatched : int
@@ -44,11 +44,7 @@ class Limits:
 def summary(found: Comparison) -> dict[str, float | None]:
     """Return the figures that have limits, by the name of the limit without "max" or "min"; None if unknown."""
     frames = found.frames
-    ratio = None
-    times = [pair for frame in frames if None not in (pair := frame.ms.get("total", (None, None)))]
-    if times:
-        of_a, of_b = np.median(np.array(times, np.float64), axis=0).tolist()
-        ratio = round(of_b / of_a, 4) if of_a > 0 else None
+    cpu, wall = _ratio([frame.cpu_ms for frame in frames]), _ratio([frame.ms for frame in frames])
     losses = [
         a["wov"] - b["wov"]
         for a, b in (frame.quality for frame in frames)
@@ -59,7 +55,9 @@ def summary(found: Comparison) -> dict[str, float | None]:
         "wov": _extreme(min, [frame.wov for frame in frames]),
         "ari": _extreme(min, [frame.ari for frame in frames]),
         "changed": _extreme(max, [frame.changed for frame in frames]),
-        "ms_ratio": ratio,
+        "ms_ratio": wall if cpu is None else cpu,
+        "cpu_ms_ratio": cpu,
+        "wall_ms_ratio": wall,
         "quality_loss": round(float(np.mean(losses)), 6) if losses else None,
         "unmatched": len(found.only_a) + len(found.only_b),
     }
@@ -82,6 +80,15 @@ def broken(found: Comparison, sums: dict[str, float | None], limits: Limits) -> 
     if sizes and (limits.min_wov is not None or limits.min_ari is not None or limits.max_changed is not None):
         lines.append(f"{len(sizes)} frames differ in their number of points, first at {sizes[0].stamp:.3f} s")
     return lines
+
+
+def _ratio(times: list[dict[str, tuple[float | None, float | None]]]) -> float | None:
+    """Return the median total of B divided by that of A, over the frames in which both are known."""
+    known = [pair for frame in times if None not in (pair := frame.get("total", (None, None)))]
+    if not known:
+        return None
+    of_a, of_b = np.median(np.array(known, np.float64), axis=0).tolist()
+    return round(of_b / of_a, 4) if of_a > 0 else None
 
 
 def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None]) -> float | None:

@@ -103,8 +103,14 @@ def _frame(entry: Any) -> FrameResult:
         stamp=_number(given, "stamp"),
         points=_typed(given.get("points"), int, "points"),
         regions=_typed(given.get("regions"), int, "regions"),
-        ms={str(stage): _number(given["ms"], stage) for stage in _typed(given.get("ms"), dict, "ms")},
+        ms=_times(given.get("ms"), "ms"),
+        cpu_ms=_times(given.get("cpu_ms", {}), "cpu_ms"),
     )
+
+
+def _times(entry: Any, name: str) -> dict[str, float]:
+    given = _typed(entry, dict, name)
+    return {str(stage): _number(given, stage) for stage in given}
 
 
 def _rejected(entry: Any) -> Rejection:

@@ -84,19 +84,23 @@ def pop(queue, bucket):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def even_out(one: PairQueue, other: PairQueue, bucket: int) -> int:
-    """Move pairs of a bucket so that both queues hold about as many, as far as there is space; return how many."""
-    counts = np.zeros(2, np.int64)
-    for q, queue in enumerate((one, other)):
-        cell = queue.head[bucket]
-        while cell >= 0:
-            counts[q] += 1
-            cell = queue.after[cell]
-    source, target = (one, other) if counts[0] > counts[1] else (other, one)
-    for _ in range(min(abs(counts[0] - counts[1]) // 2, target.head[SPACE])):
+def pairs_in(queue: PairQueue, bucket: int) -> int:
+    """Return how many pairs a bucket holds."""
+    count, cell = 0, queue.head[bucket]
+    while cell >= 0:
+        count += 1
+        cell = queue.after[cell]
+    return count
+
+
+@kernel
+def move_pairs(source: PairQueue, target: PairQueue, bucket: int, wanted: int) -> int:
+    """Move pairs of a bucket, as many as are wanted and there is space for; return how many."""
+    moved: int = min(wanted, np.int64(target.head[SPACE]))
+    for _ in range(moved):
         a, b = pop(source, bucket)
         push(target, a, b, bucket)
-    return int(counts.sum())
+    return moved
 
 
 @inlined

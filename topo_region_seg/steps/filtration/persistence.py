@@ -11,7 +11,7 @@ import numpy as np
 from topo_region_seg.compiled.kd_tree import LEAF, Tree, build_tree, ordered_tree
 from topo_region_seg.compiled.order import order_of
 from topo_region_seg.compiled.predicate import Criterion
-from topo_region_seg.compiled.threads import side_by_side
+from topo_region_seg.compiled.threads import side_by_side, threads
 from topo_region_seg.data import Components, FloatArray, IntArray
 from topo_region_seg.steps.filtration.leaf_pairs import Edges, Leaves, gather_leaves, grown_edges, new_edges
 from topo_region_seg.steps.filtration.pair_queue import (
@@ -19,9 +19,11 @@ from topo_region_seg.steps.filtration.pair_queue import (
     FREE,
     SPACE,
     SPARE,
-    even_out,
+    PairQueue,
     grown_queue,
+    move_pairs,
     new_queue,
+    pairs_in,
     put,
 )
 from topo_region_seg.steps.filtration.rips import (
@@ -42,7 +44,8 @@ WAITING_LIMIT = 2  # waiting pairs per point above which the points fill a volum
 VOLUME_POSITION_WEIGHT = 4.0  # how much more position then weighs in splitting nodes
 SWEEPS = 6  # scales that are joined then before pairs are kept again
 SPARE_EDGES = 1  # edges per point found at one scale above which those that no forest needs are dropped
-PAIRS_FOR_TWO = 4_000  # pairs in a bucket from which on a second thread is woken
+PAIRS_FOR_MORE = 4_000  # pairs in a bucket from which on other threads are woken
+POINTS_FOR_MORE = 1_000  # points for each thread, at least
 STALE_SHARE = 0.01  # share of the points whose components may change before the nodes are marked again
 MARKING = 0.1  # pairs in a bucket, per point, that cost more than marking the nodes again does
 
@@ -131,11 +134,11 @@ def _grow(
         if all(b is None for b in waiting) or np.max(forest.size) == len(channels):
             return *merge_tree(forest), forest.death
         bucket = min(b for b in waiting if b is not None)
-        pairs = even_out(workers[0].queue, workers[1].queue, bucket)
+        pairs = _even_out([worker.queue for worker in workers], bucket)
         if stale > STALE_SHARE * len(channels) or (stale and pairs > MARKING * len(channels)):
             refresh_components(tree, forest)
             stale = 0
-        if pairs < PAIRS_FOR_TWO:
+        if pairs < PAIRS_FOR_MORE:
             for worker in workers:
                 worker.drain(bucket)
         else:
@@ -145,11 +148,12 @@ def _grow(
 def _begin(
     channels: FloatArray, weights: FloatArray, limits: Criterion, by_position: Tree | None
 ) -> tuple[Tree, Forest, list[_Worker], int]:
-    """Build the tree; return it with the forest of single points, two workers and the first bucket."""
+    """Build the tree; return it with the forest of single points, the workers and the first bucket."""
     tree = build_tree(channels, weights, by_position)
     forest = new_forest(tree)
     leaves = gather_leaves(tree, channels)
-    return tree, forest, [_Worker(tree, leaves, limits, forest) for _ in range(2)], _first_bucket(leaves)
+    count = max(1, min(threads(), len(channels) // POINTS_FOR_MORE))
+    return tree, forest, [_Worker(tree, leaves, limits, forest) for _ in range(count)], _first_bucket(leaves)
 
 
 def _first_bucket(leaves: Leaves) -> int:
@@ -164,21 +168,39 @@ def _first_bucket(leaves: Leaves) -> int:
 
 
 def _open_root(workers: list[_Worker], tree: Tree, bucket: int, *, first: bool, sweep: bool) -> None:
-    """Open a bucket from the root: each half of the tree by a worker of its own, then the pair across."""
+    """Open a bucket from the root: each subtree by a worker of its own, then the pairs across, from the leaves up."""
     if len(tree.order) == 0:
         return
-    one, other = workers
-    left, right = 1, int(tree.right[0])
-    if right == 0:
-        put(one.queue, 0, 0, bucket)
-        one.drain(bucket, first, sweep)
-        return
-    put(one.queue, left, left, bucket)
-    put(other.queue, right, right, bucket)
-    side_by_side(_Worker.drain, [(worker, bucket, first, sweep) for worker in workers])
-    if not any(worker.crowded for worker in workers):
-        put(one.queue, left, right, bucket)
-        one.drain(bucket, first, sweep)
+    below, steps = [0], list[list[tuple[int, int]]]()
+    while tree.right[below[0]] and len(below) < max(2, len(workers)):
+        halves = [(node + 1, int(tree.right[node])) for node in below]
+        below = [node for pair in halves for node in pair]
+        steps.append(halves)
+    steps.append([(node, node) for node in below])
+    for pairs in reversed(steps):
+        for place, pair in enumerate(pairs):
+            put(workers[place % len(workers)].queue, *pair, bucket)
+        side_by_side(_Worker.drain, [(worker, bucket, first, sweep) for worker in workers[: len(pairs)]])
+        if any(worker.crowded for worker in workers):
+            return
+
+
+def _even_out(queues: list[PairQueue], bucket: int) -> int:
+    """Move pairs of a bucket so that all queues hold about as many; return how many pairs there are."""
+    counts = [pairs_in(queue, bucket) for queue in queues]
+    total, step = sum(counts), 1
+    # Halves of ever larger groups of queues.
+    while step < len(queues):
+        for i in range(len(queues) - step):
+            j = i + step
+            if i & step:
+                continue
+            source, target = (i, j) if counts[i] > counts[j] else (j, i)
+            moved = move_pairs(queues[source], queues[target], bucket, (counts[source] - counts[target]) // 2)
+            counts[source] -= moved
+            counts[target] += moved
+        step *= 2
+    return total
 
 
 def _by_length(workers: list[_Worker]) -> tuple[Edges, IntArray]:

@@ -223,16 +223,14 @@ def joined(parent, same, a, b):  # type: ignore[no-untyped-def]
 def open_pair(tree, limits, queue, parent, same, a, b, bucket, sweep):  # type: ignore[no-untyped-def]
     """Replace a pair by those of the children of both nodes that matter."""
     right_a, right_b = tree.right[index(a)], tree.right[index(b)]
-    if a == b:
-        # Last in, first out: a node's own pairs come before the pair across, which then often falls away.
-        wait(tree, limits, queue, parent, same, a + 1, right_a, bucket, sweep)
-        push(queue, a + 1, a + 1, bucket)
-        push(queue, right_a, right_a, bucket)
-        return
     for c in (a + 1, right_a) if right_a else (a, 0):
         for d in (b + 1, right_b) if right_b else (b, 0):
-            if c and d:
+            if c and d and (a != b or c < d):
                 wait(tree, limits, queue, parent, same, c, d, bucket, sweep)
+    if a == b:
+        # Last in, first out: a node's own pairs come before the pair across, which then often falls away.
+        push(queue, a + 1, a + 1, bucket)
+        push(queue, right_a, right_a, bucket)
 
 
 @inlined

@@ -8,15 +8,18 @@ import numpy as np
 
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.near_lists import NearLists, no_lists
 from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import FloatArray
-from topo_region_seg.steps.normals.neighborhoods import nearest_normals, radius_normals
+from topo_region_seg.steps.normals.neighborhoods import fill_normals
 
 WIDEN = 3.0  # where points are sparse, a neighborhood grows to at most this many radii
 
 
-def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, min_neighbors: int) -> FloatArray:
+def estimate_normals(
+    xyz: FloatArray, tree: Tree, radius: float | FloatArray, min_neighbors: int, near: NearLists | None = None
+) -> FloatArray:
     """Return the unit normals of the points, turned towards the sensor at the origin.
 
     The neighborhood is everything within the radius. A point with fewer than `min_neighbors` there takes as many
@@ -32,28 +35,23 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
         Radius of the neighborhoods, or of each point's own, metres; below 0 for points that are to have no normal.
     min_neighbors : int
         Neighbors that are enough, the point itself included.
+    near : NearLists, optional
+        Takes the points near each of those with too few neighbors, which have to be found here, for steps to come.
 
     Returns
     -------
     (N, 3) float64
         Unit normals; a row of NaN where even the wider neighborhood holds fewer than three points.
     """
-    normals = np.full((len(xyz), 3), np.nan)
-    counts = np.zeros(len(xyz), np.int64)
-    reach = np.ascontiguousarray(np.broadcast_to(np.float64(radius), len(xyz)))
-    blocks = leaf_blocks(tree, xyz)
+    n = len(xyz)
+    normals = np.full((n, 3), np.nan)
+    each = np.ascontiguousarray(np.broadcast_to(np.float64(radius), n))
+    lists = no_lists() if near is None else near
+    room = max(min_neighbors - 1, lists.near.shape[1])
+    alone = np.arange(n + LEAF, dtype=np.int32)
+    given = tree, leaf_blocks(tree, xyz), alone, xyz, each, WIDEN * each, min_neighbors
     side_by_side(
-        radius_normals,
-        [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
+        fill_normals,
+        [(*given, room_for_near(room), lists, first, end, normals) for first, end in in_parts(len(tree.start))],
     )
-    if ((counts < min_neighbors) & (reach >= 0.0)).any():
-        alone = np.arange(len(xyz) + LEAF, dtype=np.int32)
-        given = tree, blocks, alone, xyz, counts, WIDEN * reach
-        side_by_side(
-            nearest_normals,
-            [
-                (*given, room_for_near(min_neighbors - 1), first, end, normals)
-                for first, end in in_parts(len(tree.start))
-            ],
-        )
     return normals

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from topo_region_seg.compiled.kd_tree import Tree, position_tree
+from topo_region_seg.compiled.near_lists import NearLists
 from topo_region_seg.data import Components, Features, FloatArray, IndexArray, IntArray, LabelArray, Plane
 from topo_region_seg.growth import Growth
 from topo_region_seg.steps.view.lengths import AS_GIVEN, Lengths
@@ -54,6 +55,8 @@ class FilteredCloud:
         The pixels of the points where there is a scene.
     lengths : Lengths
         How lengths grow with the depth there.
+    near : NearLists or None
+        The points near some of the points, which small regions need too.
     blocks : (H, W) int32 or None
         Point of each block of pixels, -1 for none, where supervoxels grow on the image grid.
     """
@@ -74,6 +77,7 @@ class FilteredCloud:
     scene: Scene | None = None
     pixel: IntArray | None = None
     lengths: Lengths = AS_GIVEN
+    near: NearLists | None = None
     blocks: IndexArray | None = None
 
     @cached_property

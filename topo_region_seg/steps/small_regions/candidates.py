@@ -10,28 +10,21 @@ points or far from its box.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.lanes import trailing_zeros
 from topo_region_seg.compiled.near_lanes import within_leaf
+from topo_region_seg.compiled.near_lists import NOBODY, NearLists, keep_list
 from topo_region_seg.compiled.nearest import Near, begin_near, found_near, insert_near, near_point, nearest_of_leaf
 from topo_region_seg.compiled.union_find import find
 from topo_region_seg.compiled.walks import next_leaf
 from topo_region_seg.data import FloatArray, IndexArray
 
 ABOVE = 1.0 + 1e-9  # by this factor rounding does not lengthen the bound of a search
-NOBODY = -1
-
-
-class NearLists(NamedTuple):
-    """The points of other regions, as these are to begin with, that are nearest to each of L points."""
-
-    row: IndexArray  # (N,) row in `near` of each point that has one; NOBODY for all others
-    near: IndexArray  # (L, k) the nearest first; NOBODY where there are fewer
 
 
 @kernel
@@ -40,31 +33,30 @@ def fill_near_lists(
     blocks: FloatArray,
     groups: IndexArray,
     channels: FloatArray,
-    reach: float,
+    wanted: npt.NDArray[np.bool_],
     near: Near,
     first_node: int,
     end_node: int,
     lists: NearLists,
 ) -> int:
-    """Fill the lists of the points in the leaves of some nodes, up to `reach` away; return how many leaves it took.
+    """Fill the lists of the `wanted` points (N,) in the leaves of some nodes; return how many leaves it took.
 
     `groups` (N + LEAF,) are the regions in the order of the tree, to begin with: they only grow.
     """
     tree, blocks, groups = borrowed(tree), borrowed(blocks), borrowed(groups)
-    channels, near, lists = borrowed(channels), borrowed(near), borrowed(lists)
+    channels, wanted, near, lists = borrowed(channels), borrowed(wanted), borrowed(near), borrowed(lists)
     visited = 0
     for leaf in range(first_node, end_node):
         if tree.right[index(leaf)]:
             continue
         first, size = tree.start[index(leaf)], tree.stop[index(leaf)] - tree.start[index(leaf)]
         for i in range(size):
-            listed = lists.row[index(tree.order[index(first + i)])] >= 0
-            near.within[index(i)] = reach * reach if listed else -1.0
+            near.within[index(i)] = lists.reach**2 if wanted[index(tree.order[index(first + i)])] else -1.0
         visited += nearest_of_leaf(tree, blocks, groups, channels, leaf, near)
         for i in range(size):
-            row = lists.row[index(tree.order[index(first + i)])]
-            for place in range(found_near(near, i) if row >= 0 else 0):
-                lists.near[index(row), index(place)] = near_point(near, i, place)
+            point = tree.order[index(first + i)]
+            if wanted[index(point)]:
+                keep_list(lists, point, near, i)
     return visited
 
 
@@ -83,11 +75,10 @@ def region_boxes(channels, region, n_regions):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def listed_outside(lists, region, parent, boxes, point, own, near):  # type: ignore[no-untyped-def]
-    """Put the points from the list of `point` in `near` that are outside of its region, `own`.
+def listed_outside(lists, channels, region, parent, boxes, reach, point, own, near):  # type: ignore[no-untyped-def]
+    """Put the points from the list of `point` in `near` that are outside of its region, `own`, and near its box.
 
-    They are near the box of the region, as `point` is in it. Return how many, and whether the tree holds no other among
-    the nearest.
+    The list goes as far as the `reach` at least. Return how many, and whether the tree holds no other that is nearest.
     """
     found, row = 0, index(lists.row[index(point)])
     for place in range(lists.near.shape[1]):
@@ -98,7 +89,7 @@ def listed_outside(lists, region, parent, boxes, point, own, near):  # type: ign
             for c in range(3):
                 alone = alone and boxes[own, 0, c] == boxes[own, 1, c]
             return found, alone
-        if find(parent, region[index(other)]) != own:
+        if find(parent, region[index(other)]) != own and near_box(channels, other, boxes, own, reach):
             near.point[index(LEAF + found)] = other
             found += 1
             if found == near.k:
@@ -106,7 +97,7 @@ def listed_outside(lists, region, parent, boxes, point, own, near):  # type: ign
     return found, False
 
 
-@inlined
+@kernel
 def nearest_outside(  # type: ignore[no-untyped-def]
     tree, blocks, channels, region, parent, uniform, boxes, reach, point, own, near
 ):
@@ -116,6 +107,8 @@ def nearest_outside(  # type: ignore[no-untyped-def]
     is the region of a point and `parent` the union-find of the regions; `uniform` (K,) is the region that all points of
     a node belong to, if any; `boxes` (R, 2, 3) are those of the regions.
     """
+    tree, blocks, channels, region = borrowed(tree), borrowed(blocks), borrowed(channels), borrowed(region)
+    parent, uniform, boxes, near = borrowed(parent), borrowed(uniform), borrowed(boxes), borrowed(near)
     x, y, z = channels[index(point), 0], channels[index(point), 1], channels[index(point), 2]
     begin_near(near, x, y, z)
     # What is near the box is no farther from the point than the box's farthest corner and the reach together.

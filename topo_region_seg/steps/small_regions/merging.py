@@ -10,13 +10,14 @@ import numpy as np
 
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.kd_tree import Tree
+from topo_region_seg.compiled.near_lists import NearLists
 from topo_region_seg.compiled.nearest import Near, room_for_near
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.compiled.partition import uniform_regions
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.union_find import find
 from topo_region_seg.data import FloatArray, IndexArray, IntArray
 from topo_region_seg.steps.small_regions.candidates import (
-    NearLists,
     listed_outside,
     most_alike,
     nearest_outside,
@@ -78,7 +79,7 @@ def merge_small_regions(
     size, representative, rank : (R,) int64
         Of each region its size, a point, and the place of this point in the order of all such.
     lists : NearLists
-        The points near the representatives of small regions.
+        The points near the representatives of small regions, up to `reach` at least.
     limits : Criterion
         In whose units differences are compared.
     min_size, n_candidates : int
@@ -141,7 +142,7 @@ def unite_smallest_first(
             if parent[r] != r or size[r] != current:
                 continue
             point = small.representative[r]
-            found, all_found = listed_outside(lists, region, parent, boxes, point, r, near)
+            found, all_found = listed_outside(lists, channels, region, parent, boxes, reach, point, r, near)
             if not all_found:
                 found, leaves = nearest_outside(
                     tree, blocks, channels, region, parent, uniform, boxes, reach, point, r, near
@@ -178,7 +179,7 @@ def members_in_order(small: Small, current: int) -> IntArray:
     while item >= 0:
         count += 1
         item = small.below[index(item)]
-    members, ranks = np.empty(count, np.int64), np.empty(count, np.int64)
+    members, ranks = np.empty(count, np.int64), np.empty(count)
     count, item = 0, small.head[current]
     while item >= 0:
         r = small.entry[index(item)]
@@ -188,9 +189,9 @@ def members_in_order(small: Small, current: int) -> IntArray:
         item = small.below[index(item)]
     members, ranks = members[:count], ranks[:count]
     if count * MANY < len(small.placed):
-        return members[np.argsort(ranks)]
+        return members[order_of(ranks)]
     for i in range(count):
-        small.placed[index(ranks[i])] = members[i]
+        small.placed[index(np.int64(ranks[i]))] = members[i]
     count = 0
     for place in range(len(small.placed)):
         if small.placed[index(place)] >= 0:

@@ -10,13 +10,14 @@ import numpy as np
 
 from topo_region_seg.compiled.kd_tree import LEAF, Tree
 from topo_region_seg.compiled.leaf_blocks import leaf_blocks
+from topo_region_seg.compiled.near_lists import NOBODY, NearLists, empty_lists, take_lists
 from topo_region_seg.compiled.nearest import room_for_near
 from topo_region_seg.compiled.partition import count_off, first_points
 from topo_region_seg.compiled.predicate import Criterion
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
-from topo_region_seg.steps.small_regions.candidates import NOBODY, NearLists, fill_near_lists
+from topo_region_seg.steps.small_regions.candidates import fill_near_lists
 from topo_region_seg.steps.small_regions.merging import merge_small_regions
 from topo_region_seg.steps.small_regions.ranks import ranks_of
 
@@ -28,8 +29,19 @@ LISTED = 15
 NONE = -1
 
 
+def lists_of_small_regions(n_points: int, max_radius: float) -> NearLists:
+    """Return room for lists that serve the small regions of any scale up to `max_radius`, metres."""
+    return empty_lists(n_points, LISTED, REACH * max_radius)
+
+
 def settle_small_regions(
-    channels: FloatArray, tree: Tree, root: IntArray, weight: IntArray, limits: Criterion, params: Params
+    channels: FloatArray,
+    tree: Tree,
+    root: IntArray,
+    weight: IntArray,
+    limits: Criterion,
+    params: Params,
+    near: NearLists | None = None,
 ) -> IntArray:
     """Merge or remove the regions that stand for fewer than `min_region_size` input points.
 
@@ -53,6 +65,8 @@ def settle_small_regions(
         The criterion, in whose units differences are compared, and whose radius bounds the search.
     params : Params
         Uses `min_region_size` and `small_regions`.
+    near : NearLists, optional
+        Lists from `lists_of_small_regions` that are filled in part, with the nearest of all points.
 
     Returns
     -------
@@ -67,7 +81,7 @@ def settle_small_regions(
         reach = REACH * math.sqrt(limits.reach)
         representative = first_points(channels, region, len(size))
         blocks = leaf_blocks(tree, channels[:, :3])
-        lists = _near_lists(channels, tree, blocks, region, representative[small], reach)
+        lists = _lists_of(representative[small], size[small], channels, tree, blocks, region, reach, near)
         target, _ = merge_small_regions(
             tree,
             blocks,
@@ -89,16 +103,30 @@ def settle_small_regions(
     return kept[region]
 
 
-def _near_lists(
-    channels: FloatArray, tree: Tree, blocks: FloatArray, region: IntArray, points: IntArray, reach: float
+def _lists_of(
+    points: IntArray,
+    size: IntArray,
+    channels: FloatArray,
+    tree: Tree,
+    blocks: FloatArray,
+    region: IntArray,
+    reach: float,
+    near: NearLists | None,
 ) -> NearLists:
-    """Return the points of other regions nearest to some, up to `reach` away."""
-    row = np.full(len(channels), NOBODY, np.int32)
+    """Return the points of other regions nearest to some `points` (S,), whose regions are of a `size` (S,)."""
+    n = len(channels)
+    row, wanted = np.full(n, NOBODY, np.int32), np.zeros(n, np.bool_)
     row[points] = np.arange(len(points), dtype=np.int32)
-    lists = NearLists(row, np.full((len(points), LISTED), NOBODY, np.int32))
-    groups = np.zeros(len(channels) + LEAF, np.int32)
-    groups[: len(channels)] = region[tree.order]
-    given = tree, blocks, groups, channels, reach
-    parts = [(*given, room_for_near(LISTED), first, end, lists) for first, end in in_parts(len(tree.start))]
-    side_by_side(fill_near_lists, parts)
+    lists = NearLists(row, np.empty((len(points), LISTED), np.int32), reach)
+    if near is None:
+        wanted[points] = True
+    else:
+        # Of a region of more points, its own may fill the list.
+        take_lists(near, points, size <= LISTED + 1 - CANDIDATES, wanted, lists)
+    if wanted.any():
+        groups = np.zeros(n + LEAF, np.int32)
+        groups[:n] = region[tree.order]
+        given = tree, blocks, groups, channels, wanted
+        parts = [(*given, room_for_near(LISTED), first, end, lists) for first, end in in_parts(len(tree.start))]
+        side_by_side(fill_near_lists, parts)
     return lists
