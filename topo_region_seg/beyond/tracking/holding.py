@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from topo_region_seg.beyond.tracking.merges import joined_regions, parted
-from topo_region_seg.beyond.tracking.overlap import Seen, seen_in
+from topo_region_seg.beyond.tracking.overlap import Seen, nearest_before, seen_in
 from topo_region_seg.beyond.tracking.steady_borders import centers, regions_at_rest, with_steady_borders
 from topo_region_seg.data import Cloud, IntArray
 from topo_region_seg.segmentation import Segmentation
@@ -33,21 +33,29 @@ class Holding:
         Parameters
         ----------
         cloud : Cloud
-            What `seg` was made of; organized.
+            What `seg` was made of.
         seg : Segmentation
             The frame.
         seen : Seen
-            The frame before, an image of the same size.
+            The frame before; an image of the same size if `cloud` is one.
         """
-        waited = self._waited if len(self._waited) == len(cloud) else np.zeros(len(cloud), np.uint8)
-        self._waited = np.zeros(len(cloud), np.uint8)
+        here = seen_in(cloud, seg)
+        if cloud.organized:
+            rows, own, former_row = here.row, seg.index, seen.row
+            waited = self._waited if len(self._waited) == len(rows) else np.zeros(len(rows), np.uint8)
+            # Where a thing has gone, what is seen behind it has not joined it.
+            way = cloud.xyz[own] - seen.cloud_xyz[own]
+            near = (way * way).sum(axis=1) <= seg.scale**2
+        else:
+            rows, own = here.point_row, np.arange(len(here.point_row))
+            place, near = nearest_before(here.xyz, seen.xyz, seg.scale)
+            former_row = np.append(seen.point_row, np.int32(0))[place]
+            waited = np.append(self._waited, np.uint8(0))[np.minimum(place, len(self._waited))]
+        self._waited = np.zeros(len(rows), np.uint8)
         if not len(seg.regions):
             return seg
-        here = seen_in(cloud, seg)
-        now, before = here.point_row.astype(np.int64), seen.row[seg.index].astype(np.int64)
-        # Where a thing has gone, what is seen behind it has not joined it.
-        way = cloud.xyz[seg.index] - seen.cloud_xyz[seg.index]
-        before[~((way * way).sum(axis=1) <= seg.scale**2)] = 0
+        now, before = here.point_row.astype(np.int64), former_row[own].astype(np.int64)
+        before[~near] = 0
         held = self._held(joined_regions(now, before), seen)
         region = parted(seg.points, now, before, held) if held else now - 1
         former = regions_at_rest(region, before, seg.points, centers(seen.point_row, seen.xyz, len(seen.label) + 1))
@@ -55,11 +63,11 @@ class Holding:
         whole = np.zeros(len(seg.regions) + 1, np.int64)
         whole[now[region >= 0]] = former[region[region >= 0]]
         whole[list(held)] = 0
-        both = np.flatnonzero((here.row > 0) & (seen.row > 0))
-        found = whole[here.row[both]]
-        off = both[(found > 0) & (found != seen.row[both])]
+        both = np.flatnonzero((rows > 0) & (former_row > 0))
+        found = whole[rows[both]]
+        off = both[(found > 0) & (found != former_row[both])]
         self._waited[off] = np.minimum(waited[off], 254) + 1
-        steady = with_steady_borders(region, before, former, self._waited[seg.index] < WAIT)
+        steady = with_steady_borders(region, before, former, self._waited[own] < WAIT)
         if not held and np.array_equal(steady, region):
             return seg
         return replace(seg.divided(steady), notices=seg.notices)
