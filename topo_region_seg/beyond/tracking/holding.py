@@ -78,7 +78,7 @@ class Holding:
         off = both[(found > 0) & (found != former_row[both])]
         self._waited[off] = np.minimum(waited[off], 254) + 1
         steady = with_steady_borders(region, before, former, self._waited[own] < WAIT)
-        if not held and np.array_equal(steady, region):
+        if np.array_equal(steady, now - 1):
             return seg
         return replace(seg.divided(steady), notices=seg.notices)
 
