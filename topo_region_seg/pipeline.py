@@ -16,6 +16,7 @@ from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
+from topo_region_seg.beyond.objects.image import image_of
 from topo_region_seg.beyond.objects.lattice import normals_in
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
 from topo_region_seg.beyond.supervoxels.blocks import image_blocks, takes_blocks
@@ -103,9 +104,11 @@ class Pipeline:
         scene, support, pixel = None, NO_SUPPORT, rows
         if params.output == "objects" and len(xyz) <= params.max_points:
             with clock("surfaces"):
-                frame = frame_of(cloud, rows, xyz, params, known, up)
-                if frame is not None:
-                    scene, support, known, rows, pixel, xyz = frame
+                image = image_of(cloud, rows, xyz, params, known)
+                frame = None if image is None else frame_of(image, params, up)
+                if image is not None and frame is not None:
+                    (scene, support), known = frame, image.sensor
+                    rows, pixel, xyz = image.rows, image.pixel, image.xyz
         with clock("floor"):
             distance = growth.floor_distance
             if params.remove_floor and scene is None:
