@@ -264,8 +264,9 @@ class Params(ParameterTable):
     )
     hold_regions: bool = parameter(
         False,
-        "tracked regions that become one stay apart for up to 10 frames, and points at borders at rest change over "
-        "after 3: steadier regions, which are no longer those of the frame alone; organized clouds only",
+        "tracked regions that become one stay apart for up to 10 frames, what comes off a region at rest stays with it "
+        "for 5, and points at borders at rest change over after 3: steadier regions, which are no longer those of the "
+        "frame alone",
         when=({"track_regions": (True,)},),
     )
 

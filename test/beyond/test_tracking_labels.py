@@ -49,6 +49,7 @@ def stripes(things: Iterable[int], params: Params = PARAMS, points: int = 4) -> 
         persistence=np.zeros(n),
         confidence=np.full(n, np.nan),
     )
+    filtered: Any = SimpleNamespace(xyz=xyz, sensor=np.zeros(3), growth=growth_of_regions(params))
     seg: Any = Segmentation(
         labels=label,
         regions=table,
@@ -58,7 +59,7 @@ def stripes(things: Iterable[int], params: Params = PARAMS, points: int = 4) -> 
         plane=None,
         params=params,
         scale=0.02,
-        filtered=SimpleNamespace(xyz=xyz, sensor=np.zeros(3), growth=growth_of_regions(params)),  # type: ignore[arg-type]
+        filtered=filtered,
     )
     return Cloud(xyz, None, 1, len(xyz)), seg
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,6 +35,7 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
     rows = np.zeros((regions, 3))
     label, size = np.arange(1, regions + 1, dtype=np.uint32), np.full(regions, n // max(regions, 1))
     table = RegionTable(label, size, rows, rows, rows, rows, rows, np.zeros(regions), np.full(regions, np.nan))
+    filtered: Any = SimpleNamespace(components=Components(root, root, death, 0.02), weight=np.ones(n, np.int64))
     return Segmentation(
         labels=labels,
         regions=table,
@@ -43,7 +45,7 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
         plane=None,
         params=Params(),
         scale=0.02,
-        filtered=SimpleNamespace(components=Components(root, root, death, 0.02), weight=np.ones(n, np.int64)),  # type: ignore[arg-type]
+        filtered=filtered,
         ms={"filtration": 12.0},
     )
 

@@ -60,7 +60,9 @@ def _spacing(planes: Single) -> float:
 
 
 @kernel
-def tile_normals(planes, at, xyz, radius, wide, min_neighbors, spacing, normals, first, end):  # type: ignore[no-untyped-def]
+def tile_normals(  # type: ignore[no-untyped-def]
+    planes, at, xyz, radius, wide, min_neighbors, spacing, normals, first, end
+):
     """Fill the `normals` (N, 3) of the points in some rows of tiles; `planes` (3, H, W) are the positions."""
     planes, at, xyz, normals = borrowed(planes), borrowed(at), borrowed(xyz), borrowed(normals)
     height, width = at.shape

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from topo_region_seg.data import Cloud, FloatArray, IntArray, LabelArray
+from topo_region_seg.data import BoolArray, Cloud, FloatArray, IntArray, LabelArray
 from topo_region_seg.segmentation import Segmentation
 
 SAMPLES = 5_000
@@ -77,6 +77,18 @@ def common_points(now: npt.NDArray[np.integer], before: npt.NDArray[np.integer])
     count = np.zeros(len(found), np.int64)
     np.add.at(count, place, np.diff(np.append(begin, len(pair))))
     return Common(found // width - 1, found % width - 1, count)
+
+
+def nearest_before(xyz: FloatArray, before: FloatArray, reach: float) -> tuple[IntArray, BoolArray]:
+    """Return the nearest of the points of the frame before (B, 3), and whether one is in reach (m), for points (N, 3).
+
+    Where none is, the place is B.
+    """
+    if not len(xyz) or not len(before):
+        return np.full(len(xyz), len(before)), np.zeros(len(xyz), np.bool_)
+    tree = cKDTree(before, balanced_tree=False, compact_nodes=False)
+    _, place = tree.query(xyz, distance_upper_bound=reach)
+    return place, place < len(before)
 
 
 def same_points(

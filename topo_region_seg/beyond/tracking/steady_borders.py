@@ -10,6 +10,8 @@ import numpy.typing as npt
 from topo_region_seg.beyond.tracking.overlap import common_points
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 
+MOSTLY = 0.5
+"""Share of a region's points that must come from another one for it to be a part of that."""
 STILL = 0.005
 """Largest movement of a region's center from frame to frame for the region to be at rest, metres."""
 
@@ -39,6 +41,22 @@ def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center:
     way = np.linalg.norm(now - center[former], axis=1)
     mutual = (former > 0) & (np.append(home, -1)[former - 1] == np.arange(n_regions))
     return np.where(mutual & (way <= STILL), former, 0)
+
+
+def split_off(region: IntArray, before: IntArray, n_regions: int) -> tuple[IntArray, IntArray]:
+    """Return for each region (R,) that is a part of a former one the region that has most of that; -1 for all others.
+
+    A region is a part if most of its points come from the former one. The second result is the former rows, (R,), from
+    1; 0 where most points come from none.
+    """
+    common = common_points(region + 1, before)
+    size = np.bincount(region + 1, minlength=n_regions + 1)[1:]
+    mostly = common.count >= MOSTLY * size[common.now]
+    origin = np.zeros(n_regions, np.int64)
+    origin[common.now[mostly]] = common.before[mostly] + 1
+    home = _with_most(common.before, common.now, common.count, int(np.max(before, initial=0)))
+    main = np.append(home, -1)[origin - 1]
+    return np.where((origin > 0) & (main != np.arange(n_regions)), main, -1), origin
 
 
 def centers(row: npt.NDArray[np.integer], xyz: FloatArray, n: int) -> FloatArray:

@@ -79,7 +79,7 @@ class Tracker:
             self._stamp, self._stream = stamp, stream
             if not seg.params.hold_regions:
                 self._holding = Holding()
-            elif self._seen is not None and cloud.organized:
+            elif self._seen is not None:
                 seg = self._holding.steadied(cloud, seg, self._seen)
             label = self._labeled(cloud, seg)
             table = np.zeros(int(np.max(seg.regions.label, initial=0)) + 1, np.uint32)
