@@ -32,6 +32,7 @@ from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
+from topo_region_seg.steps.normals.sides import sided_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
 from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
 from topo_region_seg.steps.support.removal import above
@@ -142,7 +143,8 @@ class Pipeline:
                 lengths = lengths_of(scene, params)
                 normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
             elif growth.uses_normals:
-                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors)
+                estimate = sided_normals if growth.sided else estimate_normals
+                normals = estimate(points.xyz, tree, radius, params.normal_min_neighbors)
         local, compared = points.xyz, normals
         if units is not None:
             with clock("local_units"):

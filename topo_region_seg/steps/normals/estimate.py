@@ -38,13 +38,28 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
     (N, 3) float64
         Unit normals; a row of NaN where even the wider neighborhood holds fewer than three points.
     """
+    return fitted_planes(xyz, tree, radius, min_neighbors)[0]
+
+
+def fitted_planes(
+    xyz: FloatArray, tree: Tree, radius: float | FloatArray, min_neighbors: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `estimate_normals` does, and of each point's neighborhood the plane (N, 2).
+
+    That is the point's height over it, metres, and the variance of the heights of all its points, square metres; NaN
+    where fewer than `min_neighbors` points are within the radius.
+    """
     normals = np.full((len(xyz), 3), np.nan)
+    planes = np.full((len(xyz), 2), np.nan)
     counts = np.zeros(len(xyz), np.int64)
     reach = np.ascontiguousarray(np.broadcast_to(np.float64(radius), len(xyz)))
     blocks = leaf_blocks(tree, xyz)
     side_by_side(
         radius_normals,
-        [(tree, blocks, reach, min_neighbors, first, end, normals, counts) for first, end in in_parts(len(tree.start))],
+        [
+            (tree, blocks, reach, min_neighbors, first, end, normals, counts, planes)
+            for first, end in in_parts(len(tree.start))
+        ],
     )
     if ((counts < min_neighbors) & (reach >= 0.0)).any():
         alone = np.arange(len(xyz) + LEAF, dtype=np.int32)
@@ -56,4 +71,4 @@ def estimate_normals(xyz: FloatArray, tree: Tree, radius: float | FloatArray, mi
                 for first, end in in_parts(len(tree.start))
             ],
         )
-    return normals
+    return normals, planes

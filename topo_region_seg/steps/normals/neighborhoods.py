@@ -12,7 +12,7 @@ from topo_region_seg.compiled.moments import NO_MOMENTS, with_point
 from topo_region_seg.compiled.nearest import Near, found_near, near_point, nearest_of_leaf
 from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IndexArray, IntArray
-from topo_region_seg.steps.normals.fit import fit_normal
+from topo_region_seg.steps.normals.fit import fit_normal, heights_of
 
 CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
 
@@ -27,11 +27,13 @@ def radius_normals(
     end_node: int,
     normals: FloatArray,
     counts: IntArray,
+    planes: FloatArray,
 ) -> None:
     """Fill `normals` (N, 3), towards the origin, and `counts` (N,) of neighbors for the leaves of some nodes.
 
     Both are by point id, and so is `radius` (N,), metres, which is below 0 for points that get none. The point itself
-    counts as a neighbor; a point with fewer than `min_neighbors` of them keeps the normal it has.
+    counts as a neighbor; a point with fewer than `min_neighbors` of them keeps the normal it has. `planes` (N, 2) takes
+    the point's height over its plane, m, and the variance of its neighbors' heights, m².
     """
     reach = np.zeros(LEAF)
     candidates = np.empty((3, CHUNK))
@@ -69,6 +71,7 @@ def radius_normals(
             counts[point] = int(moments[i, 0])
             if counts[point] >= min_neighbors:
                 fit_normal(moments[i], blocks[own, 0, i], blocks[own, 1, i], blocks[own, 2, i], normals[point])
+                heights_of(moments[i], normals[point], planes[point])
 
 
 @summing
