@@ -17,9 +17,9 @@ REFERENCE_SPACING = 1.0 / 525.0
 FEWEST_SPACINGS = 4.0
 """Spacings in the smallest scale that is chosen or suggested: less, and lost points part a surface."""
 
-AUTO_REACH = 8.0 * FEWEST_SPACINGS * REFERENCE_SPACING
-"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing: three octaves above the
-least one that is chosen."""
+AUTO_REACH = 3.0 * FEWEST_SPACINGS * REFERENCE_SPACING
+"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing: three times the least one
+that is chosen. More would join what lies beside each other."""
 
 
 @dataclass(frozen=True)
