@@ -89,7 +89,7 @@ def test_workflows_run_what_the_makefile_has_on_every_python() -> None:
 
 
 def test_continuous_integration_builds_the_site() -> None:
-    assert "make site" in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    assert "make site || status=1" in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
 
 
 def test_setup_reads_the_version_of_the_manifest() -> None:

@@ -53,6 +53,7 @@ _HOME = {
     "warm_up": "pipeline",
     "oriented_boxes": "beyond.boxes.oriented",
     "persistent_components": "api",
+    "sensor_model_of": "beyond.objects.image",
 }
 
 __all__ = [
@@ -74,6 +75,7 @@ __all__ = [
     "oriented_boxes",
     "persistent_components",
     "segment",
+    "sensor_model_of",
     "warm_up",
 ]
 

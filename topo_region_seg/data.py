@@ -230,7 +230,9 @@ class RegionTable:
     mean_lab, mean_normal : (M, 3) float64
         NaN where the feature was not computed.
     persistence : (M,) float64
-        How long the region stood unchanged before `max_radius`: `max_radius` minus the last scale at which it grew.
+        Over how many metres of scale the region lives as a class of the merge tree: from the scale at which a
+        component first holds `min_region_size` input points to that at which it joins an older class, or the end of the
+        filtration. 0 for a region made of small ones alone; NaN for supervoxels.
     confidence : (M,) float64
         How sure it is that the region is a thing, 0 to 1; NaN unless these are objects of a camera's image.
     """

@@ -107,7 +107,7 @@ def doubtful_support(support: Support, sensor_known: bool, rows_left: int) -> li
 
 def no_regions(seg: Segmentation) -> list[Notice]:
     """Return a notice why points were left but no region, if that is so."""
-    if len(seg.regions) or not len(seg.barcode):
+    if len(seg.regions) or not len(seg.point_labels):
         return []
     if seg.filtered.scene is not None:
         text = (

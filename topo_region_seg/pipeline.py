@@ -7,6 +7,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -15,16 +16,19 @@ from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
 from topo_region_seg.beyond.objects.grooves import find_grooves
+from topo_region_seg.beyond.objects.image import image_of
 from topo_region_seg.beyond.objects.lattice import normals_in
+from topo_region_seg.beyond.supervoxels.block_normals import block_normals
+from topo_region_seg.beyond.supervoxels.blocks import image_blocks, takes_blocks
 from topo_region_seg.clock import Clock
 from topo_region_seg.cloud import depth_image
 from topo_region_seg.cloud.placing import Transform, moved
 from topo_region_seg.cloud.records import read_records, write_labeled_records
-from topo_region_seg.compiled.kd_tree import moved_tree, position_tree
+from topo_region_seg.compiled.kd_tree import Tree, moved_tree, position_tree
 from topo_region_seg.compiled.selection import gather, gather_columns
-from topo_region_seg.data import Cloud, Features, FloatArray, IntArray, Notice, SegmentationWarning
+from topo_region_seg.data import Cloud, Components, Features, FloatArray, IntArray, Notice, SegmentationWarning
 from topo_region_seg.diagnosis import doubtful_support, no_points_left, no_regions, parameters_in_vain, taken_for_map
-from topo_region_seg.growth import growth_of_output, growth_of_regions, is_auto
+from topo_region_seg.growth import Growth, growth_of_output, growth_of_regions, is_auto
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation, segmentation_at
 from topo_region_seg.steps.color import srgb_to_lab
@@ -101,9 +105,11 @@ class Pipeline:
         scene, support, pixel = None, NO_SUPPORT, rows
         if params.output == "objects" and len(xyz) <= params.max_points:
             with clock("surfaces"):
-                frame = frame_of(cloud, rows, xyz, params, known, up)
-                if frame is not None:
-                    scene, support, known, rows, pixel, xyz = frame
+                image = image_of(cloud, rows, xyz, params, known)
+                frame = None if image is None else frame_of(image, params, up)
+                if image is not None and frame is not None:
+                    (scene, support), known = frame, image.sensor
+                    rows, pixel, xyz = image.rows, image.pixel, image.xyz
         with clock("floor"):
             distance = growth.floor_distance
             if params.remove_floor and scene is None:
@@ -125,7 +131,13 @@ class Pipeline:
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
-            thinned = None if scene else thin_for(params, xyz, rgb, mix_colors=not exact)
+            thinned = at = None
+            if takes_blocks(params, cloud, len(xyz)):
+                size = cloud.height, cloud.width
+                thinned, at, inside = image_blocks(xyz, rgb, rows, size, params, mix_colors=not exact)
+                rows = rows if inside is None else rows[inside]
+            elif scene is None:
+                thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
@@ -134,23 +146,27 @@ class Pipeline:
             seen = growth.uses_color or params.output == "objects"
             lab = srgb_to_lab(points.rgb) if points.rgb is not None and seen else None
         with clock("normals"):
-            tree = position_tree(points.xyz)
+            # What grows on the image grid asks for no tree, nor for the filtration.
+            tree = position_tree(points.xyz) if at is None else None
             radius: float | FloatArray = growth.normal_radius
             if units is not None:
                 radius = units.normal_radius(points.xyz, growth)
             lengths, normals = AS_GIVEN, None
-            if scene is not None:
+            if scene is not None and tree is not None:
                 lengths = lengths_of(scene, params)
                 normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
-            elif growth.uses_normals:
+            elif at is not None:
+                if growth.uses_normals:
+                    normals = block_normals(points.xyz, at, growth.normal_radius, params.normal_min_neighbors)
+            elif growth.uses_normals and tree is not None:
                 estimate = sided_normals if growth.sided else estimate_normals
                 normals = estimate(points.xyz, tree, radius, params.normal_min_neighbors)
         local, compared = points.xyz, normals
-        if units is not None:
+        if units is not None and tree is not None:
             with clock("local_units"):
                 local = units.at(points.xyz)
                 tree = tree if local is points.xyz else moved_tree(tree, local)
-        if params.output == "objects" and normals is not None:
+        if params.output == "objects" and normals is not None and tree is not None:
             with clock("grooves"):
                 compared = normals.copy()
                 if scene is None:
@@ -160,10 +176,8 @@ class Pipeline:
                     local = local_positions(points.xyz, scene.axes, lengths)
                     tree = moved_tree(tree, local)
                 compared[grooves] = np.nan
-        with clock("filtration"):
+        with clock("filtration" if at is None else "supervoxels"):
             channels = homogeneity_channels(local, lab, compared, growth)
-            limits = criterion(growth, growth.max_radius)
-            components = filtration(channels, limits, growth.max_radius, tree, needs_normals=not growth.uses_color)
         filtered = FilteredCloud(
             xyz=points.xyz,
             sensor=sensor,
@@ -173,15 +187,19 @@ class Pipeline:
             stand_in=points.voxel if thinned else None,
             given=len(cloud),
             channels=channels,
-            tree=tree,
-            components=components,
+            known_tree=tree,
+            grow=partial(grown, growth),
             features=Features(lab, normals),
             plane=plane,
             growth=growth,
             scene=scene,
             pixel=pixel,
             lengths=lengths,
+            blocks=at,
         )
+        if at is None:
+            with clock("filtration"):
+                components = filtered.components
         scale = growth.radius
         if auto:
             with clock("stable_scale"):
@@ -191,6 +209,12 @@ class Pipeline:
         for notice in notices:
             (warn or _python_warning)(notice.code, notice.text)
         return replace(seg, notices=tuple(notices))
+
+
+def grown(growth: Growth, channels: FloatArray, tree: Tree) -> Components:
+    """Return the components of a whole filtration."""
+    limits = criterion(growth, growth.max_radius)
+    return filtration(channels, limits, growth.max_radius, tree, needs_normals=not growth.uses_color)
 
 
 def warm_up() -> None:

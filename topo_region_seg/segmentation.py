@@ -11,7 +11,7 @@ import numpy as np
 from topo_region_seg.beyond.adjacency import adjacency
 from topo_region_seg.beyond.objects.grid_objects import objects_of_points
 from topo_region_seg.beyond.objects.unite import unite_objects
-from topo_region_seg.beyond.supervoxels.patches import supervoxels
+from topo_region_seg.beyond.supervoxels.patches import supervoxels, supervoxels_of_blocks
 from topo_region_seg.clock import Clock
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.partition import count_off
@@ -30,6 +30,7 @@ from topo_region_seg.data import (
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion
 from topo_region_seg.steps.regions import describe_regions, number_regions
+from topo_region_seg.steps.scales.classes import bars_of_regions, classes_of
 from topo_region_seg.steps.scales.filtered_cloud import (
     FilteredCloud,
     components_at,
@@ -56,10 +57,8 @@ class Segmentation:
         unless labels are kept over frames.
     regions : RegionTable
         Properties of the regions.
-    barcode : Barcode
-        The H0 barcode of the preprocessed points.
-    components : Components
-        Exact components and deaths of the preprocessed points, before small regions were dealt with.
+    point_labels : (M,) uint32
+        Label of every preprocessed point.
     index : (M,) int64
         Row of the preprocessed points in the input (of the first point of a voxel where the cloud was thinned).
     features : Features
@@ -81,8 +80,7 @@ class Segmentation:
 
     labels: LabelArray
     regions: RegionTable
-    barcode: Barcode
-    components: Components
+    point_labels: LabelArray
     index: IntArray
     features: Features
     plane: Plane | None
@@ -91,6 +89,42 @@ class Segmentation:
     filtered: FilteredCloud = field(repr=False)
     ms: dict[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
+
+    @property
+    def components(self) -> Components:
+        """Exact components and deaths of the preprocessed points, before small regions were dealt with.
+
+        The filtration runs when they are first asked for, where the output needs none: supervoxels of images.
+        """
+        return self.filtered.components
+
+    @property
+    def barcode(self) -> Barcode:
+        """The H0 barcode of the preprocessed points; like the components it may take a filtration."""
+        return Barcode(
+            xyz=self.points,
+            birth=np.zeros(len(self.point_labels)),
+            death=self.components.death,
+            label=self.point_labels,
+            steps=self.params.filtration_steps,
+            max_radius=self.components.max_radius,
+        )
+
+    @property
+    def region_bars(self) -> FloatArray:
+        """Birth and death of each region as a class of the merge tree, (R, 2), metres.
+
+        A region is born at the scale at which a component first holds `min_region_size` input points, and dies where it
+        joins an older one; inf where it does not up to the end of the filtration. An object has the bar of the oldest
+        class in it. Of supervoxels, which are parts of classes, both are NaN.
+        """
+        bars = _bars(self.filtered, self.params, self.scale, self.point_labels, self.regions.label)
+        return np.column_stack(bars)
+
+    @property
+    def points(self) -> FloatArray:
+        """Positions of the preprocessed points, (M, 3), metres, in the frame of the input."""
+        return positions_of_input(self.filtered, self.filtered.xyz)
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -115,18 +149,20 @@ class Segmentation:
         """Return the segmentation at another scale of the same filtration.
 
         Labels and regions are those of a new run with `max_radius` (of objects: `object_radius`) set to the scale;
-        components and barcode remain those of the whole filtration, so that any result may be cut again.
+        components, barcode and the persistence of regions remain those of the whole filtration, so that any result may
+        be cut again.
 
         Parameters
         ----------
         radius : float, optional
             The scale, metres, above 0 up to that of the filtration.
         regions : int, optional
-            Instead of `radius`: the largest scale with at least so many regions, counted when small ones have been
-            settled. Where these are merged, the count may rise as well as fall as the scale grows. Then the scale is
-            searched down from the largest in growing steps and by halving: it has at least so many regions and the
-            next larger one has fewer, but a still larger one may have as many too. Where none is found, the scale
-            with the most regions of those looked at.
+            Instead of `radius`: the largest scale with at least so many components of `min_region_size` input points;
+            where no scale has as many, the largest of those with the most. Each of them is a region. Where small ones
+            are merged, more regions may be made of these.
+            Objects are counted themselves: their scale is searched down from the largest in growing steps and by
+            halving. It has at least so many and the next larger one has fewer, but a still larger one may have as many
+            too; where none is found, it is that with the most of those looked at.
 
         Returns
         -------
@@ -141,7 +177,7 @@ class Segmentation:
         """
         if (radius is None) == (regions is None):
             raise ValueError("give either radius or regions")
-        last = self.components.max_radius
+        last = self.filtered.growth.max_radius
         if radius is None:
             radius = _scale_with(self.filtered, self.params, int(regions or 0))
         elif not 0.0 < radius <= last:
@@ -170,29 +206,28 @@ class Segmentation:
             raise ValueError(f"radius is {radius}, must be above 0 m")
         elif not np.array_equal(positions, filtered.xyz):
             positions, tree = filtered.xyz, position_tree(filtered.xyz)
-        return adjacency(positions, self.barcode.label, tree, radius)
+        return adjacency(positions, self.point_labels, tree, radius)
 
     def divided(self, region: IntArray) -> Segmentation:
         """Return this segmentation with other regions of the preprocessed points, (M,), from 0; -1 for none."""
-        components = components_at(self.filtered, self.scale)
-        return _described(self.filtered, region, components, self.params, self.scale, Clock(self.ms))
+        return _described(self.filtered, region, self.params, self.scale, Clock(self.ms))
 
 
 def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock: Clock) -> Segmentation:
     """Return the segmentation of a cloud at a scale, metres."""
     with clock(STAGES[params.output]):
-        components = components_at(filtered, scale)
-        region, confidence = _regions(filtered, components, params, scale)
+        region, confidence = _regions(filtered, params, scale)
     with clock("regions"):
-        return _described(filtered, region, components, params, scale, clock, confidence)
+        return _described(filtered, region, params, scale, clock, confidence)
 
 
-def _regions(
-    filtered: FilteredCloud, components: Components, params: Params, scale: float
-) -> tuple[IntArray, FloatArray | None]:
+def _regions(filtered: FilteredCloud, params: Params, scale: float) -> tuple[IntArray, FloatArray | None]:
     """Return the region of each preprocessed point, counted from 0; -1 for none; and the confidence of each region."""
-    channels, tree, weight = filtered.channels, filtered.tree, filtered.weight
+    channels, weight = filtered.channels, filtered.weight
     normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
+    if filtered.blocks is not None:
+        return supervoxels_of_blocks(filtered.xyz, channels, filtered.blocks, weight, limits, params), None
+    tree, components = filtered.tree, components_at(filtered, scale)
     if params.output == "supervoxels":
         return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params), None
     if params.output == "objects" and filtered.scene is not None and filtered.pixel is not None and normals is not None:
@@ -209,15 +244,16 @@ def _regions(
 def _described(
     filtered: FilteredCloud,
     region: IntArray,
-    components: Components,
     params: Params,
     scale: float,
     clock: Clock,
     confidence: FloatArray | None = None,
 ) -> Segmentation:
-    whole = filtered.components
     labels = number_regions(filtered.xyz, region, filtered.weight)
-    table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, components)
+    number = np.arange(1, int(np.max(labels, initial=0)) + 1, dtype=np.uint32)
+    birth, death = _bars(filtered, params, scale, labels, number)
+    persistence = np.minimum(death, filtered.growth.max_radius) - birth
+    table = describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, persistence)
     if confidence is not None:
         known = np.flatnonzero(region >= 0)
         by_label = np.empty(len(table))
@@ -229,15 +265,7 @@ def _described(
     return Segmentation(
         labels=labels_of_input(filtered, labels),
         regions=replace(table, centroid=centroid, minimum=minimum, maximum=maximum),
-        barcode=Barcode(
-            xyz=positions_of_input(filtered, filtered.xyz),
-            birth=np.zeros(len(labels)),
-            death=whole.death,
-            label=labels,
-            steps=params.filtration_steps,
-            max_radius=whole.max_radius,
-        ),
-        components=whole,
+        point_labels=labels,
         index=filtered.index,
         features=filtered.features,
         plane=filtered.plane,
@@ -248,15 +276,25 @@ def _described(
     )
 
 
+def _bars(
+    filtered: FilteredCloud, params: Params, scale: float, labels: LabelArray, of: LabelArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return birth and death, metres, of regions `of` (R,) from the labels (N,) of points; NaN for supervoxels."""
+    if params.output == "supervoxels":
+        return np.full(len(of), np.nan), np.full(len(of), np.nan)
+    classes = classes_of(filtered.components, filtered.weight, params.min_region_size)
+    return bars_of_regions(classes, scale, labels, of)
+
+
 def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
     if params.output == "supervoxels":
         raise ValueError("cut(regions=...) counts regions, not supervoxels; cut at a radius, or change seed_spacing")
     given = filtered.components, filtered.weight, params.min_region_size, regions
-    if params.small_regions == "remove":
+    if params.output == "regions":
         return scale_with_kept_regions(*given)
 
     def count_at(scale: float) -> int:
-        region, _ = _regions(filtered, filtered.components.cut(scale), params, scale)
+        region, _ = _regions(filtered, params, scale)
         return int(np.max(region, initial=-1)) + 1
 
     return scale_with_merged_regions(*given, count_at)

@@ -124,7 +124,8 @@ def regions() -> Work:
 
     def work() -> Any:
         labels = number_regions(filtered.xyz, filtered.components.root, filtered.weight)
-        return describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, filtered.components)
+        persistence = np.zeros(int(labels.max()))
+        return describe_regions(filtered.xyz, filtered.features, labels, filtered.weight, persistence)
 
     return work
 

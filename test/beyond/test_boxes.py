@@ -33,7 +33,8 @@ def segmented(clouds: list[np.ndarray], plane: Any = None, labels: list[int] | N
     label = np.repeat(np.array(labels, np.uint32), [len(cloud) for cloud in clouds])
     xyz = np.concatenate([*clouds, np.full((50, 3), 9.0)])
     return SimpleNamespace(
-        barcode=SimpleNamespace(xyz=xyz, label=np.append(label, np.zeros(50, np.uint32))),
+        points=xyz,
+        point_labels=np.append(label, np.zeros(50, np.uint32)),
         regions=Regions(label=np.array(labels, np.uint32)),
         plane=plane,
         filtered=SimpleNamespace(sensor=np.zeros(3)),

@@ -50,9 +50,7 @@ def at(seg: Segmentation, box: Box) -> int:
 def permuted(seg: Segmentation, rng: np.random.Generator) -> Segmentation:
     table = np.concatenate([[0], 1 + rng.permutation(len(seg.regions))]).astype(np.uint32)
     regions = replace(seg.regions, label=table[seg.regions.label])
-    return replace(
-        seg, labels=table[seg.labels], regions=regions, barcode=replace(seg.barcode, label=table[seg.barcode.label])
-    )
+    return replace(seg, labels=table[seg.labels], regions=regions, point_labels=table[seg.point_labels])
 
 
 @pytest.mark.parametrize("organized", [True, False])

@@ -8,6 +8,7 @@ import sys
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ from topo_region_seg.beyond.tracking import labels, tracker
 from topo_region_seg.beyond.tracking.labels import LARGEST, LabelPool
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.beyond.tracking.tracks import Tracks
-from topo_region_seg.data import Barcode, Cloud, Components, RegionTable, SegmentationWarning
+from topo_region_seg.data import Cloud, RegionTable, SegmentationWarning
+from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation
 
@@ -47,18 +49,16 @@ def stripes(things: Iterable[int], params: Params = PARAMS, points: int = 4) -> 
         persistence=np.zeros(n),
         confidence=np.full(n, np.nan),
     )
-    death = np.full(len(ids), np.inf)
     seg: Any = Segmentation(
         labels=label,
         regions=table,
-        barcode=Barcode(xyz, np.zeros(len(ids)), death, label, 10, 0.02),
-        components=Components(ids, ids, death, 0.02),
+        point_labels=label,
         index=ids,
         features=None,  # type: ignore[arg-type]
         plane=None,
         params=params,
         scale=0.02,
-        filtered=None,  # type: ignore[arg-type]
+        filtered=SimpleNamespace(xyz=xyz, sensor=np.zeros(3), growth=growth_of_regions(params)),  # type: ignore[arg-type]
     )
     return Cloud(xyz, None, 1, len(xyz)), seg
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
 from topo_region_seg.cloud.label_colors import colors
-from topo_region_seg.data import Barcode, Cloud, Components, Features, RegionTable
+from topo_region_seg.data import Cloud, Components, Features, RegionTable
 from topo_region_seg.offline.figures.barcode import plot_barcode
 from topo_region_seg.offline.figures.before_after import before_and_after, plot_before_after
 from topo_region_seg.offline.figures.projection import picture_of
@@ -36,14 +37,13 @@ def hand_made(n: int, regions: int, labels: np.ndarray | None = None) -> Segment
     return Segmentation(
         labels=labels,
         regions=table,
-        barcode=Barcode(np.zeros((n, 3)), np.zeros(n), death, labels, 10, 0.02),
-        components=Components(root, root, death, 0.02),
+        point_labels=labels,
         index=np.arange(n),
         features=Features(None, None),
         plane=None,
         params=Params(),
         scale=0.02,
-        filtered=None,  # type: ignore[arg-type]  # is not cut
+        filtered=SimpleNamespace(components=Components(root, root, death, 0.02), weight=np.ones(n, np.int64)),  # type: ignore[arg-type]
         ms={"filtration": 12.0},
     )
 

@@ -292,6 +292,18 @@ def test_clouds_in_another_frame_than_the_cameras(tmp_path: Path) -> None:
         assert ("(-0.800, 0.100, 0.500) m" in told.get("camera_found", "")) == (name == "base_link")
 
 
+def test_the_camera_is_told_or_that_there_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = inspected(SIMULATED, tmp_path)["clouds"]["/camera/depth/points"]["sensor"]
+    assert found["pixel_rad"] == pytest.approx(1.0 / 262.5, rel=0.05) and 0.9 < found["valid"] < 1.0
+    depths, noise = ([entry[name] for entry in found["noise"]] for name in ("depth", "noise"))
+    assert depths == sorted(depths) and noise == sorted(noise) and 0.0005 < noise[1] < 0.003
+    assert f"camera: pixels 0.218 deg apart, {100 * found['valid']:.1f} % valid; noise" in capsys.readouterr().out
+    rng = np.random.default_rng(0)
+    entry = ("/points", CLOUD, SECOND, clouds.message(rng.uniform(-1.0, 1.0, (5000, 3)).astype(np.float32), None))
+    assert inspected(write_mcap(tmp_path / "around.mcap", [entry]), tmp_path)["clouds"]["/points"]["sensor"] is None
+    assert "no image of a camera" in capsys.readouterr().out
+
+
 def test_fields_of_every_type_and_many_layouts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     names = ["i8", "u8", "i16", "u16", "i32", "u32", "f32", "f64", "datatype 9"]
     entries = cloud_entries(9)

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from topo_region_seg.beyond.objects.image import sensor_model_of
 from topo_region_seg.data import Cloud
 from topo_region_seg.offline.simulation import Camera
 from topo_region_seg.params import Params
@@ -124,6 +125,11 @@ def test_objects_of_a_list_are_those_of_the_image() -> None:
     np.testing.assert_allclose(seg.regions.confidence, whole.regions.confidence)
     np.testing.assert_array_equal(cloud.xyz[seg.index], frame.cloud.xyz[whole.index])
     assert len(seg.surfaces) == len(whole.surfaces) and seg.sensor_model is not None
+    for either in (cloud, frame.cloud):
+        told = sensor_model_of(either)
+        assert told is not None and told.pixel == seg.sensor_model.pixel
+        np.testing.assert_array_equal(told.noise.value, seg.sensor_model.noise.value)
+    assert sensor_model_of(Cloud(cloud.xyz + np.float32(0.1), None, 1, len(rows))) is None
     np.testing.assert_array_equal(seg.cut(0.005).labels, whole.cut(0.005).labels[rows])
 
     to_base = Rotation.from_euler("xyz", [-115.0, 3.0, 80.0], degrees=True)

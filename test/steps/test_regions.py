@@ -14,7 +14,7 @@ from oracles import Points, random_points, same_partition, unit
 import topo_region_seg as trs
 from topo_region_seg.api import persistent_components
 from topo_region_seg.compiled.kd_tree import position_tree
-from topo_region_seg.data import Components, Features
+from topo_region_seg.data import Features
 from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.params import Params
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
@@ -205,10 +205,8 @@ def test_properties_of_regions() -> None:
     normals = random_points(0, n).normals
     labels = rng.integers(0, 5, n).astype(np.uint32)
     weight = rng.integers(1, 4, n)
-    death = np.where(rng.random(n) < 0.2, np.inf, rng.random(n) * 0.02)
-    table = describe_regions(
-        xyz, Features(lab, normals), labels, weight, Components(np.zeros(n, int), np.zeros(n, int), death, 0.02)
-    )
+    persistence = rng.random(4)
+    table = describe_regions(xyz, Features(lab, normals), labels, weight, persistence)
     assert len(table) == 4
     for region in table:
         mine = labels == region.label
@@ -218,7 +216,7 @@ def test_properties_of_regions() -> None:
         np.testing.assert_array_equal(region.minimum, xyz[mine].min(axis=0))
         np.testing.assert_array_equal(region.maximum, xyz[mine].max(axis=0))
         assert np.linalg.norm(region.mean_normal) == pytest.approx(1.0)
-        assert region.persistence == pytest.approx(0.02 - death[mine & np.isfinite(death)].max())
+        assert region.persistence == persistence[region.label - 1]
     with pytest.raises(IndexError):
         table[4]
 
@@ -229,7 +227,7 @@ def test_no_regions() -> None:
         Features(None, None),
         np.zeros(3, np.uint32),
         np.ones(3, int),
-        Components(np.zeros(3, int), np.zeros(3, int), np.zeros(3), 1.0),
+        np.zeros(0),
     )
     assert len(table) == 0
     assert list(table) == []

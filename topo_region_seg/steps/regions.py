@@ -8,7 +8,7 @@ import numpy as np
 
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.partition import first_points, region_sizes
-from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, RegionTable
+from topo_region_seg.data import Features, FloatArray, IntArray, LabelArray, RegionTable
 
 
 def number_regions(xyz: FloatArray, region: IntArray, weight: IntArray) -> LabelArray:
@@ -26,13 +26,13 @@ def number_regions(xyz: FloatArray, region: IntArray, weight: IntArray) -> Label
 
 
 def describe_regions(
-    xyz: FloatArray, features: Features, labels: LabelArray, weight: IntArray, components: Components
+    xyz: FloatArray, features: Features, labels: LabelArray, weight: IntArray, persistence: FloatArray
 ) -> RegionTable:
-    """Compute size, centroid, box, mean color, mean normal and persistence of every region."""
+    """Compute size, centroid, box, mean color and mean normal of every region; its `persistence` (R,) is given."""
     n_regions = int(np.max(labels, initial=0))
     lab = np.full_like(xyz, np.nan) if features.lab is None else features.lab
     normals = np.full_like(xyz, np.nan) if features.normals is None else features.normals
-    size, sums, low, high, growth = region_sums(labels, weight, xyz, lab, normals, components.death, n_regions)
+    size, sums, low, high = region_sums(labels, weight, xyz, lab, normals, n_regions)
     # Points without a normal do not count in the mean; where none has one there is no direction.
     length = np.linalg.norm(sums[:, 6:9], axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
@@ -45,7 +45,7 @@ def describe_regions(
         maximum=high,
         mean_lab=sums[:, 3:6] / size[:, None],
         mean_normal=direction,
-        persistence=components.max_radius - growth,
+        persistence=persistence,
         confidence=np.full(n_regions, np.nan),
     )
 
@@ -57,10 +57,9 @@ def region_sums(
     xyz: FloatArray,
     lab: FloatArray,
     normals: FloatArray,
-    death: FloatArray,
     n_regions: int,
-) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return size (R,), weighted sums (R, 9), box corners (R, 3) twice, and the last scale of growth (R,).
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """Return size (R,), weighted sums (R, 9) and box corners (R, 3) twice.
 
     Sums are of position, color and normal; normals that are NaN are left out.
     """
@@ -68,7 +67,6 @@ def region_sums(
     sums = np.zeros((n_regions, 9))
     low = np.full((n_regions, 3), np.inf)
     high = np.full((n_regions, 3), -np.inf)
-    growth = np.zeros(n_regions)
     for i in range(len(labels)):
         if labels[i] == 0:
             continue
@@ -81,6 +79,4 @@ def region_sums(
                 sums[r, 6 + c] += weight[i] * normals[i, c]
             low[r, c] = min(low[r, c], xyz[i, c])
             high[r, c] = max(high[r, c], xyz[i, c])
-        if death[i] < np.inf:
-            growth[r] = max(growth[r], death[i])
-    return size, sums, low, high, growth
+    return size, sums, low, high

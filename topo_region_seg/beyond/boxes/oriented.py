@@ -73,7 +73,7 @@ def oriented_boxes(seg: Segmentation, up: npt.ArrayLike | None = None) -> Orient
     table = seg.regions
     row = np.full(int(np.max(table.label, initial=0)) + 1, -1)
     row[table.label] = np.arange(len(table))
-    points, start = sorted_by_row(seg.barcode.xyz, row[seg.barcode.label], len(table))
+    points, start = sorted_by_row(seg.points, row[seg.point_labels], len(table))
     frames = free_frames(points, start) if vertical is None else upright_frames(points, start, vertical)
     low, high = extents(points, start, frames)
     center, axes, size = boxes_between(low, high, frames, seg.filtered.sensor, upright=vertical is not None)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 topo_region_seg contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera's frame before things are told apart in it: its image, its sensor, its surfaces and its grooves."""
+"""A camera's frame before things are told apart in it: its sensor, its surfaces and its grooves."""
 
 from __future__ import annotations
 
@@ -10,109 +10,41 @@ from typing import NamedTuple
 import numpy as np
 
 from topo_region_seg.beyond.objects.creases import grooves_of_grid
+from topo_region_seg.beyond.objects.image import CameraImage
 from topo_region_seg.beyond.objects.lattice import on_lattice
 from topo_region_seg.compiled.threads import in_parts, side_by_side
-from topo_region_seg.data import BoolArray, Cloud, FloatArray, IntArray, Plane
+from topo_region_seg.data import BoolArray, FloatArray, IntArray, Plane
 from topo_region_seg.params import Params
-from topo_region_seg.steps.sensor import Sensor, possible_axes
 from topo_region_seg.steps.support.ground import scene_of
 from topo_region_seg.steps.support.judgement import Judged
-from topo_region_seg.steps.support.search import NO_SUPPORT, SAMPLE, Support, speaks_against_sensor
+from topo_region_seg.steps.support.search import NO_SUPPORT, Support, speaks_against_sensor
 from topo_region_seg.steps.support.surfaces import find_surfaces
-from topo_region_seg.steps.view.camera import camera_axes
-from topo_region_seg.steps.view.grid import image_grid, normals_of_pixels
+from topo_region_seg.steps.view.grid import normals_of_pixels
 from topo_region_seg.steps.view.lengths import Lengths
-from topo_region_seg.steps.view.listed import listed_image
 from topo_region_seg.steps.view.model import sensor_model
 from topo_region_seg.steps.view.scene import BEHIND, FREE, Scene, Surface
 
 
 class Frame(NamedTuple):
-    """A frame as its camera saw it.
-
-    Parameters
-    ----------
-    scene : Scene
-        What is known of it.
-    support : Support
-        The support, and what was made of it.
-    sensor : Sensor or None
-        Where the sensor is known to be; seen from the origin that is for a list of points that lie on a grid of pixels.
-    rows, pixel : (N,) int64
-        The input rows of its points, and their pixels.
-    xyz : (N, 3) float64
-        Their positions, metres, the sensor at the origin.
-    """
+    """What is known of a frame, its support, and what was made of that."""
 
     scene: Scene
     support: Support
-    sensor: Sensor | None
-    rows: IntArray
-    pixel: IntArray
-    xyz: FloatArray
 
 
-def frame_of(
-    cloud: Cloud, rows: IntArray, xyz: FloatArray, params: Params, sensor: Sensor | None, up: FloatArray | None
-) -> Frame | None:
-    """Return the frame of a cloud, organized or a list of points; None if its points are no camera's.
+def frame_of(image: CameraImage, params: Params, up: FloatArray | None) -> Frame | None:
+    """Return the scene of an image and its support; None if it is too sparse to tell the sensor's noise.
 
     Parameters
     ----------
-    cloud : Cloud
-        The cloud.
-    rows, xyz : (N,) int64, (N, 3) float64
-        The rows that are not cropped, and their positions, metres, the sensor at the origin.
-    params, sensor, up
-        As `frame_scene` takes them.
-    """
-    pixel, height, width = rows, cloud.height, cloud.width
-    if not cloud.organized:
-        for axes in possible_axes(cloud, params):
-            image = listed_image(xyz, axes)
-            if image is not None:
-                break
-        else:
-            return None
-        pixel, height, width = image.pixel, image.height, image.width
-        rows, xyz = rows[image.point], np.ascontiguousarray(xyz[image.point])
-        sensor = Sensor(np.zeros(3) if sensor is None else sensor.position, axes)
-    found = frame_scene(xyz, pixel, height, width, params, sensor, up)
-    return None if found is None else Frame(*found, sensor, rows, pixel, xyz)
-
-
-def frame_scene(
-    xyz: FloatArray,
-    rows: IntArray,
-    height: int,
-    width: int,
-    params: Params,
-    sensor: Sensor | None,
-    up: FloatArray | None,
-) -> tuple[Scene, Support] | None:
-    """Return the scene of a frame and its support; None if its points are no camera's.
-
-    Parameters
-    ----------
-    xyz : (N, 3) float64
-        Positions, metres, the sensor at the origin.
-    rows : (N,) int64
-        Their pixels.
-    height, width : int
-        Size of the image.
+    image : CameraImage
+        The image.
     params : Params
         Uses `remove_floor`, `floor_min_extent`, `floor_seed` and `object_floor_distance`.
-    sensor : Sensor or None
-        Where it is known to be, so that there is no doubt about it.
     up : (3,) float64 or None
         Unit vector, where it is known.
     """
-    axes = None if sensor is None else sensor.axes
-    if axes is None:
-        axes = camera_axes(np.ascontiguousarray(xyz[:: max(1, len(xyz) // SAMPLE)]))
-    if axes is None:
-        return None
-    grid = image_grid(xyz, rows, height, width, axes[2])
+    grid, axes = image.grid, image.axes
     model = sensor_model(grid)
     if model is None:
         return None
@@ -120,15 +52,15 @@ def frame_scene(
     least, exact = params.object_floor_distance, params.differs("object_floor_distance")
     scene = scene_of(grid, model, surfaces, least, exact=exact, axes=axes, up=up)
     largest = max(surfaces, key=lambda surface: surface.share) if surfaces else None
-    if largest is not None and sensor is None and (scene.support is None or scene.support is largest):
+    if largest is not None and image.sensor is None and (scene.support is None or scene.support is largest):
         judged = _judged(scene, largest)
         if speaks_against_sensor(judged):
-            return scene_of(grid, model, [], least, exact=exact, axes=axes), Support(None, judged)
+            return Frame(scene_of(grid, model, [], least, exact=exact, axes=axes), Support(None, judged))
     if scene.support is None:
-        return scene, NO_SUPPORT
+        return Frame(scene, NO_SUPPORT)
     normal, offset = scene.support.normal, scene.support.offset
     plane = Plane(normal=(float(normal[0]), float(normal[1]), float(normal[2])), offset=offset)
-    return scene, Support(plane, _judged(scene, scene.support))
+    return Frame(scene, Support(plane, _judged(scene, scene.support)))
 
 
 def _judged(scene: Scene, surface: Surface) -> Judged:

@@ -65,10 +65,11 @@ def grow_patches(
     queue = new_queue(patches.before, patches.after)
     bound2 = bound * bound
     n, most = patches.near.shape
+    grown = np.any(patches.patch != FREE)
     for s in seeds:
         start_patch(patches, queue, s)
     for q in points:
-        for k in range(most):
+        for k in range(most if grown else 0):
             p = patches.near[q, k]
             if p < n and patches.patch[q] == FREE and patches.patch[p] != FREE and (patches.alike[q, k] or not alike):
                 relax(patches, queue, np.int64(q), np.int64(patches.patch[p]), bound2)

@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from topo_region_seg.beyond.supervoxels.block_edges import block_edges, joined_along
 from topo_region_seg.beyond.supervoxels.growth import FREE, LANES, Patches, grow_patches
 from topo_region_seg.beyond.supervoxels.near_edges import near_edges
 from topo_region_seg.compiled.kd_tree import Tree
@@ -73,12 +74,60 @@ def supervoxels(
     if len(channels) == 0:
         return np.empty(0, np.int64)
     order = _own_order(channels)
-    positions, counts = np.ascontiguousarray(xyz[order]), weight[order]
-    seeds, fewest = _seeds(positions, root[order], counts, params)
-    patches = _ungrown(positions, channels, tree, order, limits, params)
-    bound, everything, no_seeds = params.seed_spacing, np.arange(len(order), dtype=np.int32), np.empty(0, np.int32)
+    n = len(order)
+    blocks = leaf_blocks(tree, channels[:, :3])
+    rank = np.empty(n, np.int32)
+    rank[order] = np.arange(n, dtype=np.int32)
+    channels = channels[order]
+    near, alike = np.empty((n, NEIGHBORS), np.int32), np.empty((n, NEIGHBORS), np.bool_)
+    tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
+    side_by_side(near_edges, tasks)
+    positions = np.ascontiguousarray(xyz[order])
+    patch = np.empty(n, np.int64)
+    patch[order] = _divided(positions, channels, near, alike, root[order], weight[order], params)
+    return patch
+
+
+def supervoxels_of_blocks(
+    xyz: FloatArray, channels: FloatArray, at: IndexArray, weight: IntArray, limits: Criterion, params: Params
+) -> IntArray:
+    """Divide a cloud on an image grid into patches, which grow from each block to those that touch it.
+
+    Seeds are of what hangs together that way. All else is as in :func:`supervoxels`.
+
+    Parameters
+    ----------
+    xyz, channels, weight, limits, params
+        As for :func:`supervoxels`; points come in the order of the blocks.
+    at : (H, W) int32
+        Point of each block; -1 where there is none.
+
+    Returns
+    -------
+    (N,) int64
+        Patch of each point, counted from 0 in no particular order; -1 for removed points.
+    """
+    if len(channels) == 0:
+        return np.empty(0, np.int64)
+    near, alike = block_edges(channels, at, limits)
+    return _divided(xyz, channels, near, alike, joined_along(near, alike), weight, params)
+
+
+def _divided(
+    xyz: FloatArray,
+    channels: FloatArray,
+    near: IndexArray,
+    alike: BoolArray,
+    root: IntArray,
+    weight: IntArray,
+    params: Params,
+) -> IntArray:
+    """Return the patches (N,) of points in an order of their own, with their edges (N, K)."""
+    seeds, fewest = _seeds(xyz, root, weight, params)
+    patches = _ungrown(xyz, channels, near, alike, params)
+    bound, everything, no_seeds = params.seed_spacing, np.arange(len(xyz), dtype=np.int32), np.empty(0, np.int32)
     grow_patches(patches, everything, seeds, True, True, bound, UNIT)
-    size = np.bincount(patches.patch, counts, len(order))
+    size = np.bincount(patches.patch, weight, len(xyz))
     small = size[patches.patch] < fewest[patches.patch]
     if params.small_regions == "merge" and not small.all():
         _free(patches, small)
@@ -86,12 +135,10 @@ def supervoxels(
         left = patches.patch == FREE
         _free(patches, left)
         grow_patches(patches, everything[left], no_seeds, True, True, bound, UNIT)
-    patch = np.empty(len(order), np.int64)
-    patch[order] = patches.patch
-    region, _ = count_off(patch, weight)
+    region, _ = count_off(patches.patch.astype(np.int64), weight)
     if params.small_regions == "remove":
-        kept = np.unique(region[order[~small]])
-        number = np.full(len(order), NONE)
+        kept = np.unique(region[~small])
+        number = np.full(len(xyz), NONE)
         number[kept] = np.arange(len(kept))
         region = number[region]
     return region
@@ -131,18 +178,9 @@ def _seeds(xyz: FloatArray, root: IntArray, weight: IntArray, params: Params) ->
     return np.sort(seeds[enough]).astype(np.int32), fewest
 
 
-def _ungrown(
-    xyz: FloatArray, channels: FloatArray, tree: Tree, order: IntArray, limits: Criterion, params: Params
-) -> Patches:
-    """Return the points (N, 9) in another order, in which `xyz` (N, 3) is, with their edges and without patches."""
-    n = len(order)
-    blocks = leaf_blocks(tree, channels[:, :3])
-    rank = np.empty(n, np.int32)
-    rank[order] = np.arange(n, dtype=np.int32)
-    channels = channels[order]
-    near, alike = np.empty((n, NEIGHBORS), np.int32), np.empty((n, NEIGHBORS), np.bool_)
-    tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
-    side_by_side(near_edges, tasks)
+def _ungrown(xyz: FloatArray, channels: FloatArray, near: IndexArray, alike: BoolArray, params: Params) -> Patches:
+    """Return the points (N, 9) with their edges and without patches."""
+    n = len(xyz)
     traits = np.zeros((n, LANES), np.float32)
     traits[:, 0:3] = (xyz - xyz.mean(axis=0)) / params.seed_spacing
     traits[:, 4:7] = channels[:, 3:6] / max(params.color_threshold, 1e-6)

@@ -49,10 +49,8 @@ class Holding:
         way = cloud.xyz[seg.index] - seen.cloud_xyz[seg.index]
         before[~((way * way).sum(axis=1) <= seg.scale**2)] = 0
         held = self._held(joined_regions(now, before), seen)
-        region = parted(seg.barcode.xyz, now, before, held) if held else now - 1
-        former = regions_at_rest(
-            region, before, seg.barcode.xyz, centers(seen.point_row, seen.xyz, len(seen.label) + 1)
-        )
+        region = parted(seg.points, now, before, held) if held else now - 1
+        former = regions_at_rest(region, before, seg.points, centers(seen.point_row, seen.xyz, len(seen.label) + 1))
         # A region of several parts goes on with none.
         whole = np.zeros(len(seg.regions) + 1, np.int64)
         whole[now[region >= 0]] = former[region[region >= 0]]

@@ -46,7 +46,7 @@ def seen_in(cloud: Cloud, seg: Segmentation) -> Seen:
     """Return what the next frame needs to know of this one, as yet with the labels that it came with."""
     row = np.zeros(int(np.max(seg.regions.label, initial=0)) + 1, np.int32)
     row[seg.regions.label] = np.arange(1, len(seg.regions) + 1)
-    return Seen(row[seg.labels], cloud.xyz, row[seg.barcode.label], seg.barcode.xyz, seg.regions.label)
+    return Seen(row[seg.labels], cloud.xyz, row[seg.point_labels], seg.points, seg.regions.label)
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,6 @@ def same_points(
     xyz, row = now.xyz[::every], now.point_row[::every]
     if not len(before.xyz) or not len(xyz):
         return row, np.zeros_like(row)
-    reach = max(2.0 * seg.params.voxel_size, seg.components.max_radius)
+    reach = max(2.0 * seg.params.voxel_size, seg.filtered.growth.max_radius)
     _, place = cKDTree(before.xyz).query(xyz, distance_upper_bound=reach)
     return row, np.append(before.point_row, np.int32(0))[place]

@@ -94,7 +94,7 @@ class Tracker:
             seg,
             labels=table[seg.labels],
             regions=replace(seg.regions, label=label),
-            barcode=replace(seg.barcode, label=table[seg.barcode.label]),
+            point_labels=table[seg.point_labels],
             ms={**seg.ms, **clock.ms},
             notices=notices,
         )

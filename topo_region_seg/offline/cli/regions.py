@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -51,7 +52,7 @@ def region_rows(cloud: Cloud, seg: Segmentation, most: int | None = None) -> lis
             f"{region.size:,}",
             " ".join(f"{value:7.3f}" for value in region.centroid),
             " ".join(f"{100 * value:5.1f}" for value in extents),
-            f"{1000 * region.persistence:.1f}",
+            "-" if math.isnan(region.persistence) else f"{1000 * region.persistence:.1f}",
         )
         mean = None if means is None else _channels(means[region.label])
         rows.append(RegionRow(str(region.label), cells, _channels(marks[row]), mean))

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.data import Components, FloatArray, IntArray
+from topo_region_seg.params import Params
 from topo_region_seg.segmentation import Segmentation
+from topo_region_seg.steps.scales.classes import classes_of
 
 _LINES = {"die": 90, "small": 24, "region": 100}  # bars drawn of each kind at most
 _WIDTH, _HEIGHT = 8.0, 6.0  # inches
@@ -23,10 +25,11 @@ _PALE = "#8fa8ea"
 
 @dataclass(frozen=True)
 class _Group:
-    """Bars of one kind: their number, and the stepped deaths of those that are drawn."""
+    """Bars of one kind: their number, and births and stepped deaths of those that are drawn, metres."""
 
     kind: str
     count: int
+    begun: FloatArray
     drawn: FloatArray
 
 
@@ -34,8 +37,8 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     """Write the barcode of a segmentation: one line per generator from its birth to its (stepped) death.
 
     Bars that never die end in a triangle, as in the paper. From the bottom: bars that die, shortest first; components
-    that never die but are smaller than ``min_region_size``; components that are regions. If there are many bars, an
-    even sample is drawn and its size stated.
+    that never die but are smaller than ``min_region_size``; components that are regions. These begin where they have so
+    many points: then the region is born. If there are many bars, an even sample is drawn and its size stated.
 
     Parameters
     ----------
@@ -44,11 +47,12 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     path : str or Path
         The file to write; its ending gives the format (.png, .pdf, .svg).
     """
-    if seg.scale < seg.components.max_radius:
-        seg = replace(seg, components=seg.components.cut(seg.scale))
-    groups = _groups(seg)
-    unit, per_meter = ("mm", 1e3) if seg.components.max_radius < 0.1 else ("m", 1.0)
-    last = seg.components.max_radius * per_meter
+    components = seg.components
+    if seg.scale < components.max_radius:
+        components = components.cut(seg.scale)
+    groups = _groups(components, seg.filtered.weight, seg.params)
+    unit, per_meter = ("mm", 1e3) if components.max_radius < 0.1 else ("m", 1.0)
+    last = components.max_radius * per_meter
     beyond = 1.06 * last
     figure = Figure(figsize=(_WIDTH, _HEIGHT), dpi=140, facecolor="white")
     ax = figure.subplots(gridspec_kw={"left": 0.05, "right": 0.77, "bottom": 0.09, "top": 0.91})
@@ -56,7 +60,7 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     for group in groups:
         rows = y + np.arange(len(group.drawn))
         ends = np.where(np.isinf(group.drawn), beyond, group.drawn * per_meter)
-        lines = np.stack([np.stack([np.zeros_like(rows), rows], 1), np.stack([ends, rows], 1)], axis=1)
+        lines = np.stack([np.stack([group.begun * per_meter, rows], 1), np.stack([ends, rows], 1)], axis=1)
         pale = group.kind == "small"
         color = _PALE if pale else _BLUE
         bars = LineCollection(list(lines), colors=color, linewidths=_line_width(groups))
@@ -71,7 +75,7 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     ax.set_xlim(0.0, beyond)
     ax.set_ylim(-0.02 * max(y, 1.0), max(y, 1.0))
     ax.set_xlabel(f"filtration value ({unit})")
-    ax.set_xticks(_ticks(seg, per_meter))
+    ax.set_xticks(_ticks(components, seg.params.filtration_steps, per_meter))
     ax.set_yticks([])
     ax.set_ylabel("generators of H$_0$")
     ax.spines[["top", "right"]].set_visible(False)
@@ -79,18 +83,24 @@ def plot_barcode(seg: Segmentation, path: str | Path) -> None:
     figure.savefig(path)
 
 
-def _groups(seg: Segmentation) -> tuple[_Group, _Group, _Group]:
+def _groups(components: Components, weight: IntArray, params: Params) -> tuple[_Group, _Group, _Group]:
     """Sort the bars into those that die, small components and regions; sample each group evenly by rank."""
-    death = seg.components.stepped(seg.barcode.steps)
+    death = components.stepped(params.filtration_steps)
     survivors = np.flatnonzero(np.isinf(death))
-    size = np.bincount(seg.components.root, minlength=len(death))[survivors] if len(death) else survivors
-    large = int((size >= seg.params.min_region_size).sum())
+    classes = classes_of(components, weight, params.min_region_size)
+    born = np.sort(classes.birth[np.isinf(classes.death)])[::-1]
+    large = len(born)
+    small, drawn = len(survivors) - large, born[_even_sample(large, _LINES["region"])]
     finite = np.sort(death[np.isfinite(death)])
     return (
-        _Group("die", len(finite), finite[_even_sample(len(finite), _LINES["die"])]),
-        _Group("small", len(size) - large, np.full(min(len(size) - large, _LINES["small"]), np.inf)),
-        _Group("region", large, np.full(min(large, _LINES["region"]), np.inf)),
+        _from_zero("die", len(finite), finite[_even_sample(len(finite), _LINES["die"])]),
+        _from_zero("small", small, np.full(min(small, _LINES["small"]), np.inf)),
+        _Group("region", large, drawn, np.full(len(drawn), np.inf)),
     )
+
+
+def _from_zero(kind: str, count: int, drawn: FloatArray) -> _Group:
+    return _Group(kind, count, np.zeros(len(drawn)), drawn)
 
 
 def _even_sample(count: int, most: int) -> IntArray:
@@ -112,7 +122,7 @@ def _note(ax: Axes, group: _Group, y: float) -> None:
     what = {
         "die": "die: joined to\nan older component",
         "small": "never die, but\nhave few points",
-        "region": "never die:\nregions",
+        "region": "never die:\nregions, from birth",
     }[group.kind]
     part = "" if len(group.drawn) == group.count else f"\n({len(group.drawn)} drawn)"
     ax.annotate(
@@ -126,10 +136,10 @@ def _note(ax: Axes, group: _Group, y: float) -> None:
     )
 
 
-def _ticks(seg: Segmentation, per_meter: float) -> FloatArray:
+def _ticks(components: Components, steps: int, per_meter: float) -> FloatArray:
     """Return 0 and the steps of the filtration, or every k-th of many steps."""
-    scales = np.append(0.0, seg.components.scales(seg.barcode.steps))
-    every = -(-seg.barcode.steps // 10)
+    scales = np.append(0.0, components.scales(steps))
+    every = -(-steps // 10)
     return scales[::every] * per_meter
 
 
@@ -138,4 +148,4 @@ def _title(seg: Segmentation, groups: tuple[_Group, ...]) -> str:
     fate = "merged into neighbors" if seg.params.small_regions == "merge" else "removed"
     small = f"the {groups[1].count:,} small components {fate}: " if groups[1].count else ""
     regions = f"{len(seg.regions):,} region{'' if len(seg.regions) == 1 else 's'}"
-    return f"{len(seg.barcode):,} points, {never:,} bars of infinite persistence\n{small}{regions}"
+    return f"{len(seg.point_labels):,} points, {never:,} bars of infinite persistence\n{small}{regions}"

@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from topo_region_seg.compiled.kd_tree import Tree
-from topo_region_seg.data import Components, Features, FloatArray, IntArray, LabelArray, Plane
+from topo_region_seg.compiled.kd_tree import Tree, position_tree
+from topo_region_seg.data import Components, Features, FloatArray, IndexArray, IntArray, LabelArray, Plane
 from topo_region_seg.growth import Growth
 from topo_region_seg.steps.view.lengths import AS_GIVEN, Lengths
 from topo_region_seg.steps.view.scene import Scene
@@ -36,10 +38,10 @@ class FilteredCloud:
     channels : (N, 9) float64
         Positions, colors and normals as the criterion compares them. Positions are metres, unless `max_radius` is
         auto: then they are coordinates in which the spacing of points is the same everywhere.
-    tree : Tree
-        Tree over the positions in `channels`.
-    components : Components
-        The whole filtration, up to its last scale.
+    known_tree : Tree or None
+        Tree over the positions in `channels`; None: it is made when it is asked for.
+    grow : callable
+        Returns the components of the whole filtration, up to its last scale, from `channels` and the tree.
     features : Features
         Features of the preprocessed points.
     plane : Plane or None
@@ -52,6 +54,8 @@ class FilteredCloud:
         The pixels of the points where there is a scene.
     lengths : Lengths
         How lengths grow with the depth there.
+    blocks : (H, W) int32 or None
+        Point of each block of pixels, -1 for none, where supervoxels grow on the image grid.
     """
 
     xyz: FloatArray
@@ -62,14 +66,27 @@ class FilteredCloud:
     stand_in: IntArray | None
     given: int
     channels: FloatArray
-    tree: Tree
-    components: Components
+    known_tree: Tree | None
+    grow: Callable[[FloatArray, Tree], Components]
     features: Features
     plane: Plane | None
     growth: Growth
     scene: Scene | None = None
     pixel: IntArray | None = None
     lengths: Lengths = AS_GIVEN
+    blocks: IndexArray | None = None
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Tree over the positions in `channels`."""
+        if self.known_tree is not None:
+            return self.known_tree
+        return position_tree(np.ascontiguousarray(self.channels[:, :3]))
+
+    @cached_property
+    def components(self) -> Components:
+        """The whole filtration, up to its last scale; it runs when it is first asked for."""
+        return self.grow(self.channels, self.tree)
 
 
 def labels_of_input(filtered: FilteredCloud, labels: LabelArray) -> LabelArray:
