@@ -16,6 +16,7 @@ NAMES = (
     *("wov", "fos", "fus", "ari", "boundary_recall", "boundary_precision", "asa", "labelled"),
     *("overlap_precision", "overlap_recall", "overlap_f", "f75", "precision_50", "recall_50"),
     *("precision_75", "recall_75", "false_objects", "boundary_f"),
+    *("achievable", "spill", "pieces"),
 )
 
 FEW = 6
@@ -57,6 +58,15 @@ def measures(truth: np.ndarray, labels: np.ndarray, valid: np.ndarray, height: i
             spilled += len(best - g)
     found["wov"], found["fos"], found["fus"] = overlap / total, 1 - kept / total, spilled / total
     found["asa"] = sum(max(len(g & s) for g in segments.values()) for s in regions.values()) / total
+    surroundings = {i for i in points if truth[i] < 20}
+    right = outside = 0
+    for s in regions.values():
+        parts = [len(s & surroundings), *(len(s & segments[g]) for g in sorted(segments))]
+        if max(parts) > parts[0]:
+            right, outside = right + max(parts), outside + len(s) - max(parts)
+    found["achievable"], found["spill"] = right / total, outside / total
+    pieces = [sum(10 * len(s & g) >= len(g) for s in regions.values()) for g in segments.values()]
+    found["pieces"] = sum(pieces) / len(pieces)
     on_objects = [i for i in points if truth[i] >= 20]
     found["ari"] = adjusted_rand_score(truth[on_objects], labels[on_objects])
     if height > 1:

@@ -17,9 +17,9 @@ REFERENCE_SPACING = 1.0 / 525.0
 FEWEST_SPACINGS = 4.0
 """Spacings in the smallest scale that is chosen or suggested: less, and lost points part a surface."""
 
-AUTO_REACH = 8.0 * FEWEST_SPACINGS * REFERENCE_SPACING
-"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing: three octaves above the
-least one that is chosen."""
+AUTO_REACH = 3.0 * FEWEST_SPACINGS * REFERENCE_SPACING
+"""Last scale of the filtration where `max_radius` is auto, metres at the reference spacing: three times the least one
+that is chosen. More would join what lies beside each other."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,8 @@ class Growth:
         Scale of the regions, metres.
     normal_radius : float
         Radius of the neighborhood of a normal, metres.
+    sided : bool
+        Whether points take their normals from one side of a crease.
     floor_distance : float
         Largest distance of a point of the support plane from it, metres.
     """
@@ -51,6 +53,7 @@ class Growth:
     max_radius: float
     radius: float
     normal_radius: float
+    sided: bool
     floor_distance: float
 
 
@@ -71,6 +74,7 @@ def growth_of_output(params: Params) -> Growth:
         max_radius=params.object_radius,
         radius=params.object_radius,
         normal_radius=params.object_normal_radius,
+        sided=False,
         floor_distance=params.object_floor_distance,
     )
 
@@ -86,5 +90,6 @@ def growth_of_regions(params: Params) -> Growth:
         max_radius=max_radius,
         radius=params.radius or max_radius,
         normal_radius=params.normal_radius,
+        sided=params.creases == "part" and params.output == "regions",
         floor_distance=params.floor_distance,
     )

@@ -23,6 +23,7 @@ GROWN: Condition = {"output": ("regions", "supervoxels")}
 COLORS: Condition = {**GROWN, "features": ("color+normals", "color")}
 NORMALS: Condition = {**GROWN, "features": ("color+normals", "normals")}
 OBJECTS: Condition = {"output": ("objects",)}
+SIDED: Condition = {**NORMALS, "output": ("regions",)}
 FLOOR: Condition = {"remove_floor": (True,)}
 
 
@@ -134,6 +135,14 @@ class Params(ParameterTable):
         low=3,
         high=64,
         when=(NORMALS, OBJECTS),
+    )
+    creases: str = parameter(
+        "part",
+        "what creases do: part regions, as each point takes the normal of the flat neighborhoods around that it lies "
+        "on; or ignore, as in the paper, each point has that of its own neighborhood, which turns over a crease little "
+        "by little",
+        choices=("part", "ignore"),
+        when=(SIDED,),
     )
     color_threshold: float = parameter(
         10.0, "largest color difference of joined points", unit="dE", low=0.0, high=500.0, when=(COLORS,)

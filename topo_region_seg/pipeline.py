@@ -33,6 +33,7 @@ from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
+from topo_region_seg.steps.normals.sides import sided_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
 from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
 from topo_region_seg.steps.small_regions.settle import lists_of_small_regions
@@ -163,7 +164,8 @@ class Pipeline:
             elif growth.uses_normals and tree is not None:
                 if thinned and units is None and _merges_small(params):
                     near = lists_of_small_regions(len(points.xyz), growth.max_radius)
-                normals = estimate_normals(points.xyz, tree, radius, params.normal_min_neighbors, near)
+                estimate = sided_normals if growth.sided else estimate_normals
+                normals = estimate(points.xyz, tree, radius, params.normal_min_neighbors, near)
         local, compared = points.xyz, normals
         if units is not None and tree is not None:
             with clock("local_units"):

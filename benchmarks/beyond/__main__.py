@@ -19,7 +19,7 @@ from pathlib import Path
 from benchmarks import machine
 from benchmarks.results import Setting
 
-PARTS = ("objects", "tracking", "supervoxels", "steadiness", "auto_radius")
+PARTS = ("regions", "objects", "tracking", "supervoxels", "steadiness", "auto_radius")
 DOCUMENTS = Path(__file__).resolve().parents[2] / "docs"
 BEGIN, END = "<!-- measured: written by `make beyond` -->\n", "<!-- end of measured -->\n"
 

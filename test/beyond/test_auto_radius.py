@@ -240,7 +240,7 @@ def squares(gaps: list[float]) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("gaps", "regions", "begin", "end"), [([5.0, 20.0], 2, 5.0, 20.0), ([14.0, 20.0], 3, 4.0, 14.0)]
+    ("gaps", "regions", "begin", "end"), [([5.0, 20.0], 2, 5.0, 12.0), ([10.0, 20.0], 3, 4.0, 10.0)]
 )
 def test_the_scale_is_in_the_middle_of_the_stretch_over_which_regions_last(
     gaps: list[float], regions: int, begin: float, end: float

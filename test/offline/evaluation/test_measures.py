@@ -67,6 +67,26 @@ def test_points_without_a_region() -> None:
     assert (nothing["wov"], nothing["fos"], nothing["fus"], nothing["asa"]) == (0.0, 1.0, 0.0, 0.0)
 
 
+def test_leakage_by_hand() -> None:
+    # Object 20 has ten points: four in region 1, five in region 2, which is mostly table, one in region 3, all of 30.
+    truth = labels(*10 * [20], *6 * [1], *3 * [30], 0)
+    found = measured(truth, labels(1, 1, 1, 1, 2, 2, 2, 2, 2, 3, *6 * [2], 3, 3, 3, 1))
+    assert found["achievable"] == pytest.approx((4 + 3) / 13)  # the table's region loses its five points
+    assert found["spill"] == pytest.approx((1 + 1) / 13)  # the unknown point of region 1, and that of 20 in region 3
+    assert found["pieces"] == pytest.approx((3 + 1) / 2)
+    assert found["asa"] == pytest.approx((4 + 5 + 3) / 13)
+
+
+def test_faces_leak_nothing() -> None:
+    found = measured(labels(20, 20, 20, 20, 1), labels(1, 1, 2, 3, 0))
+    assert (found["achievable"], found["spill"], found["pieces"]) == (1.0, 0.0, 3.0)
+
+
+def test_a_region_of_as_much_table_as_object_is_table() -> None:
+    found = measured(labels(20, 20, 1, 1), labels(1, 1, 1, 1))
+    assert (found["achievable"], found["spill"], found["pieces"]) == (0.0, 0.0, 1.0)
+
+
 def test_overlap_and_detection_by_hand() -> None:
     truth = labels(1, 1, 1, 20, 20, 20, 20, 30, 30, 30, 40, 0, 0, 0)
     found = measured(truth, labels(5, 5, 1, 1, 1, 1, 2, 2, 3, 0, 0, 7, 7, 7))
@@ -248,6 +268,7 @@ def test_bounds(truth, found, valid) -> None:
     assert result.pop("fus", 0.0) >= 0.0
     assert -1.0 <= result.pop("ari", 0.0) <= 1.0
     assert result.pop("false_objects", 0.0) >= 0.0
+    assert result.pop("spill", 0.0) >= 0.0 and result.pop("pieces", 0.0) >= 0.0
     assert all(0.0 <= value <= 1.0 for value in result.values())
     if "wov" in result:
         assert result["wov"] <= 1.0 - result["fos"] + 1e-12

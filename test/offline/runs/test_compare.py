@@ -339,7 +339,7 @@ def test_the_picture_names_both_runs_and_shows_what_changed(runs, tmp_path, monk
     found = compare(open_run(runs[0]), open_run(runs[2]))
     assert len(drawn) == 4
     for row, change in zip(drawn, found.most_changed(4), strict=True):
-        assert change.regions[0] != change.regions[1]
+        assert change.changed > 0.0
         assert row.titles == (
             f"A, {change.stamp:.3f} s: {change.regions[0]} regions",
             f"B: {change.regions[1]} regions",

@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from topo_region_seg.offline.cli.evaluation_tables import bag_table, frame_table
     from topo_region_seg.offline.cli.interrupt import stop_request
     from topo_region_seg.offline.evaluation.jobs import Job, Plan
-    from topo_region_seg.offline.evaluation.measures import DETECTION, SEGMENTATION
+    from topo_region_seg.offline.evaluation.measures import DETECTION, LEAKAGE, SEGMENTATION
 
     params = params_from(args)
     for file in (args.json, args.csv):
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     if args.csv:
         write_whole(args.csv, csv_text(results))
     if any(result.frames for result in results):
-        for measures in (SEGMENTATION, DETECTION):
+        for measures in (SEGMENTATION, DETECTION, LEAKAGE):
             output().print(frame_table(results, measures))
             output().print(bag_table(results, measures))
     note_notices(results)

@@ -33,6 +33,9 @@ HEADS = {
     "recall_75": "R at\n0.75",
     "false_objects": "false",
     "boundary_f": "bound.\nF",
+    "achievable": "achiev-\nable",
+    "spill": "spill",
+    "pieces": "pieces",
 }
 """Names of the measures in tables; docs/evaluation.md defines them."""
 

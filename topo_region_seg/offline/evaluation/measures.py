@@ -12,6 +12,7 @@ from topo_region_seg.data import BoolArray, IntArray, LabelArray
 from topo_region_seg.offline.evaluation.boundaries import boundary, object_boundary_f, share_near
 from topo_region_seg.offline.evaluation.contingency import Contingency, contingency
 from topo_region_seg.offline.evaluation.detection import detect
+from topo_region_seg.offline.evaluation.leakage import leakage
 
 FIRST_OBJECT = 20
 """True labels from this one up are segments of objects; 0 is unknown, the others are background."""
@@ -33,7 +34,9 @@ DETECTION = (
     "boundary_f",
 )
 """How good each region is as a detection of one object."""
-MEASURES = SEGMENTATION + DETECTION
+LEAKAGE = ("achievable", "spill", "pieces")
+"""How far regions reach beyond the objects that they lie on."""
+MEASURES = SEGMENTATION + DETECTION + LEAKAGE
 """The names of the measures, in the order in which they are shown."""
 NEEDS_ALL_OBJECTS = (
     "boundary_precision",
@@ -105,6 +108,7 @@ def measure(
           :mod:`topo_region_seg.offline.evaluation.boundaries`.
         - `asa`, achievable segmentation accuracy, 0 to 1: sum over regions of their largest |G ∩ S| / sum |G|.
         - `labelled`, share of the valid points that have a region, 0 to 1.
+        - those of LEAKAGE, see :mod:`topo_region_seg.offline.evaluation.leakage`.
         - the others of DETECTION, see :mod:`topo_region_seg.offline.evaluation.detection`.
 
         None where there is nothing to measure: no object in the frame, no boundary, no image grid, no valid point.
@@ -130,6 +134,7 @@ def measure(
         found["wov"], found["fos"], found["fus"] = _best_regions(overlaps)
         found["ari"] = _adjusted_rand_index(overlaps)
         found["asa"] = _achievable_accuracy(overlaps)
+        found |= leakage(counted, FIRST_OBJECT)
         if height > 1:
             segments = np.where(valid & (truth >= FIRST_OBJECT), truth, np.uint32(0)).reshape(height, width)
             grid, known = labels.reshape(height, width), valid.reshape(height, width)

@@ -47,6 +47,9 @@ MEANING = {
     "recall_75": "the same share of the objects, above 0.75",
     "false_objects": "regions without such an object, above 0.5",
     "boundary_f": "F of the boundaries of objects and their regions; 1 is best",
+    "achievable": "share of the objects' points that are right if each region is what it mostly is; 1 is best",
+    "spill": "points of regions outside of the object that they mostly are, of all objects' points; 0 is best",
+    "pieces": "regions that hold a tenth of an object or more, mean over the objects",
 }
 VIEW_BUTTONS = {
     "left": ("◀", "Turn left"),

@@ -43,8 +43,19 @@ def estimate_normals(
     (N, 3) float64
         Unit normals; a row of NaN where even the wider neighborhood holds fewer than three points.
     """
+    return fitted_planes(xyz, tree, radius, min_neighbors, near)[0]
+
+
+def fitted_planes(
+    xyz: FloatArray, tree: Tree, radius: float | FloatArray, min_neighbors: int, near: NearLists | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return what `estimate_normals` does, and of each point's neighborhood the plane (N, 2).
+
+    That is the point's height over it, metres, and the variance of the heights of all its points, square metres; NaN
+    where fewer than `min_neighbors` points are within the radius.
+    """
     n = len(xyz)
-    normals = np.full((n, 3), np.nan)
+    normals, planes = np.full((n, 3), np.nan), np.full((n, 2), np.nan)
     each = np.ascontiguousarray(np.broadcast_to(np.float64(radius), n))
     lists = no_lists() if near is None else near
     room = max(min_neighbors - 1, lists.near.shape[1])
@@ -52,6 +63,6 @@ def estimate_normals(
     given = tree, leaf_blocks(tree, xyz), alone, xyz, each, WIDEN * each, min_neighbors
     side_by_side(
         fill_normals,
-        [(*given, room_for_near(room), lists, first, end, normals) for first, end in in_parts(len(tree.start))],
+        [(*given, room_for_near(room), lists, first, end, normals, planes) for first, end in in_parts(len(tree.start))],
     )
-    return normals
+    return normals, planes

@@ -43,6 +43,19 @@ def fit_normal(m, x, y, z, normal):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def heights_of(m, normal, plane):  # type: ignore[no-untyped-def]
+    """Write into `plane` the height of the point that offsets are from, and the variance of all heights, unbiased.
+
+    Heights are those over the plane through the middle of the neighborhood, metres.
+    """
+    u, v, w = normal[0], normal[1], normal[2]
+    mean = (u * m[1] + v * m[2] + w * m[3]) / m[0]
+    squares = u * u * m[4] + v * v * m[7] + w * w * m[9] + 2.0 * (u * v * m[5] + u * w * m[6] + v * w * m[8])
+    plane[0] = -mean
+    plane[1] = max(squares - m[0] * mean * mean, 0.0) / max(m[0] - 3.0, 1.0)
+
+
+@kernel
 def smallest_axis(xx, xy, xz, yy, yz, zz):  # type: ignore[no-untyped-def]
     """Return the unit eigenvector of the smallest eigenvalue of a matrix of trace 1; zeros where not unique."""
     q = 1.0 / 3.0

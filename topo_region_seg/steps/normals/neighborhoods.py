@@ -13,7 +13,7 @@ from topo_region_seg.compiled.near_lists import NearLists, keep_list
 from topo_region_seg.compiled.nearest import Near, near_distance2, near_point, nearest_of_leaf
 from topo_region_seg.compiled.walks import new_walk, next_leaf
 from topo_region_seg.data import FloatArray, IndexArray
-from topo_region_seg.steps.normals.fit import fit_normal
+from topo_region_seg.steps.normals.fit import fit_normal, heights_of
 
 CHUNK = 512  # candidates gathered before they are summed; a multiple of LEAF
 CERTAIN = 1.0 + 1e-9  # a squared distance that is larger than another by this factor is so however it is rounded
@@ -34,6 +34,7 @@ def fill_normals(
     first_node: int,
     end_node: int,
     normals: FloatArray,
+    planes: FloatArray,
 ) -> int:
     """Fill the rows of `normals` (N, 3), towards the origin, of the points in the leaves of some nodes.
 
@@ -42,7 +43,8 @@ def fill_normals(
     they have, and so do those whose radius is below 0. `alone` (N + LEAF,) counts the rows of the tree. `near` has room
     for `min_neighbors` less one at least. Where there are `lists` those of points with too few neighbors are filled.
 
-    Return how many leaves were visited for nearest points.
+    `planes` (N, 2) takes, of points with enough neighbors, the height over their plane, m, and the variance of the
+    neighbors' heights, m². Return how many leaves were visited for nearest points.
     """
     tree, blocks, alone, xyz = borrowed(tree), borrowed(blocks), borrowed(alone), borrowed(xyz)
     radius, wider, near, lists = borrowed(radius), borrowed(wider), borrowed(near), borrowed(lists)
@@ -76,6 +78,7 @@ def fill_normals(
                     if waits[index(i)] and int(moments[i, 0]) >= min_neighbors:
                         point, own = tree.order[index(first + i)], index(first // LEAF)
                         fit_normal(moments[i], blocks[own, 0, i], blocks[own, 1, i], blocks[own, 2, i], normals[point])
+                        heights_of(moments[i], normals[point], planes[point])
                         waits[index(i)] = False
                         waiting -= 1
                 continue
