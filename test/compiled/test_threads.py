@@ -43,9 +43,9 @@ def test_the_work_of_helpers_counts_for_who_called(spent: threading.local) -> No
         with clock(stage), at_most(3):
             assert side_by_side(work, [(number,) for number in range(10)]) == list(range(10))
             everybody.reset()
-    assert clock.cpu_ms == {"given": 2.0, "one": 20_000.0, "two": 10_000.0}
+    assert clock.cpu_ms == pytest.approx({"given": 2.0, "one": 20_000.0, "two": 10_000.0})
     assert list(clock.ms) == ["given", "one", "two"]
-    assert cpu_seconds() == before + 30.0
+    assert cpu_seconds() == pytest.approx(before + 30.0)
     # Another thread that was not helped has spent nothing.
     with ThreadPoolExecutor(1) as other:
         assert other.submit(cpu_seconds).result() == 0.0
