@@ -86,6 +86,19 @@ def test_surfaces_are_finite_planes_with_unit_normals_towards_the_sensor() -> No
     assert sum(surface.share for surface in surfaces) <= 1.0
 
 
+def test_a_surface_owns_the_part_of_its_outline_that_hides_what_is_beyond() -> None:
+    """Counted from the bodies that are seen: a table's edge hides the floor, but not where the image or a box ends it."""
+    frame = looking(CAMERA, BOXES)
+    table = next(s for s in find_surfaces(frame.grid, frame.model, 0.3, 0) if s.normal @ CAMERA.rotation[2] > 0.9)
+    body = np.pad(frame.body.reshape(frame.height, frame.width), 1, constant_values=-1)
+    own = ends = 0
+    for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        beyond = np.roll(body, step, axis=(0, 1))[body == TABLE]
+        own += np.count_nonzero((beyond == FLOOR) | (beyond == WALL) | (beyond == LEG))
+        ends += np.count_nonzero(beyond != TABLE)
+    assert table.own == pytest.approx(own / ends, abs=0.06)
+
+
 def test_too_small_a_surface_is_none() -> None:
     frame = looking(CAMERA, BOXES)
     assert all(surface.side < 2.0 for surface in find_surfaces(frame.grid, frame.model, 0.3, 0))
