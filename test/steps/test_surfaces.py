@@ -87,7 +87,7 @@ def test_surfaces_are_finite_planes_with_unit_normals_towards_the_sensor() -> No
 
 
 def test_a_surface_owns_the_part_of_its_outline_that_hides_what_is_beyond() -> None:
-    """Counted from the bodies that are seen: a table's edge hides the floor, but not where the image or a box ends it."""
+    """Counted from the bodies that are seen: a table hides the floor, but not where the image or a box ends it."""
     frame = looking(CAMERA, BOXES)
     table = next(s for s in find_surfaces(frame.grid, frame.model, 0.3, 0) if s.normal @ CAMERA.rotation[2] > 0.9)
     body = np.pad(frame.body.reshape(frame.height, frame.width), 1, constant_values=-1)
