@@ -40,6 +40,7 @@ FLOORS: tuple[set[str], ...] = (
         "cloud",
     },
     {"beyond.objects", "beyond.supervoxels", "beyond.auto_scale", "beyond.adjacency"},
+    {"output"},
     {"segmentation"},
     {"beyond.boxes", "beyond.tracking", "diagnosis", "warming"},
     {"cloud.messages"},

@@ -9,12 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from topo_region_seg.beyond.adjacency import adjacency
-from topo_region_seg.beyond.objects.grid_objects import objects_of_points
-from topo_region_seg.beyond.objects.unite import unite_objects
-from topo_region_seg.beyond.supervoxels.patches import supervoxels, supervoxels_of_blocks
 from topo_region_seg.clock import Clock
 from topo_region_seg.compiled.kd_tree import position_tree
-from topo_region_seg.compiled.partition import count_off
 from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import (
     Adjacency,
@@ -28,23 +24,18 @@ from topo_region_seg.data import (
     Plane,
     RegionTable,
 )
+from topo_region_seg.output import STAGES, regions_of_output
 from topo_region_seg.params import Params
-from topo_region_seg.steps.homogeneity import criterion
 from topo_region_seg.steps.regions import describe_regions, number_regions
 from topo_region_seg.steps.scales.classes import bars_of_regions, classes_of
 from topo_region_seg.steps.scales.filtered_cloud import (
     FilteredCloud,
-    components_at,
     labels_of_input,
     positions_of_input,
 )
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
-from topo_region_seg.steps.small_regions.settle import settle_small_regions
 from topo_region_seg.steps.view.model import SensorModel
 from topo_region_seg.steps.view.scene import Surface
-
-STAGES = {"regions": "small_regions", "objects": "objects", "supervoxels": "supervoxels"}
-"""The stage that makes the regions of each output, as `ms` names it."""
 
 
 @dataclass(frozen=True)
@@ -219,29 +210,9 @@ class Segmentation:
 def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock: Clock) -> Segmentation:
     """Return the segmentation of a cloud at a scale, metres."""
     with clock(STAGES[params.output]):
-        region, confidence = _regions(filtered, params, scale)
+        region, confidence = regions_of_output(filtered, params, scale)
     with clock("regions"):
         return _described(filtered, region, params, scale, clock, confidence)
-
-
-def _regions(filtered: FilteredCloud, params: Params, scale: float) -> tuple[IntArray, FloatArray | None]:
-    """Return the region of each preprocessed point, counted from 0; -1 for none; and the confidence of each region."""
-    channels, weight = filtered.channels, filtered.weight
-    normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
-    if filtered.blocks is not None:
-        return supervoxels_of_blocks(filtered.xyz, channels, filtered.blocks, weight, limits, params), None
-    tree, components = filtered.tree, components_at(filtered, scale)
-    if params.output == "supervoxels":
-        return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params), None
-    if params.output == "objects" and filtered.scene is not None and filtered.pixel is not None and normals is not None:
-        region, _ = count_off(components.root, weight)
-        loose = np.isnan(channels[:, 6])
-        given = filtered.scene, filtered.pixel, normals, np.where(loose, -1, region), filtered.lengths
-        return objects_of_points(*given, params)
-    if params.output == "objects" and normals is not None:
-        loose = np.isnan(channels[:, 6])
-        return unite_objects(filtered.xyz, normals, loose, tree, components.root, weight, params), None
-    return settle_small_regions(channels, tree, components.root, weight, limits, params, filtered.near), None
 
 
 def _described(
@@ -298,7 +269,7 @@ def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
         return scale_with_kept_regions(*given)
 
     def count_at(scale: float) -> int:
-        region, _ = _regions(filtered, params, scale)
+        region, _ = regions_of_output(filtered, params, scale)
         return int(np.max(region, initial=-1)) + 1
 
     return scale_with_merged_regions(*given, count_at)

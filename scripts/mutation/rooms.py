@@ -80,7 +80,7 @@ ROOMS = (
     Room("beyond", ("beyond",), ("beyond", "test_pipeline.py", "steps/test_scales.py"), 30),
     Room(
         "core",
-        ("data.py", "params.py", "segmentation.py", "pipeline.py"),
+        ("data.py", "params.py", "output.py", "segmentation.py", "pipeline.py"),
         (
             "test_params.py",
             "test_config.py",
