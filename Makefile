@@ -37,7 +37,7 @@ test: lint ## Lint, types and the whole test suite, with a colcon build.
 # Against an installed copy, not these sources: that tries the wheel too, and keeps its compiled kernels apart from .venv's.
 # Left out is what no version of numpy, scipy or numba changes, and what brings its own environment.
 ELSEWHERE := test_architecture test_colcon test_killed ros/test_launch offline/report/test_report_browser test_security \
-  ros/test_player ros/test_outputs ros/test_ros_lifecycle offline/evaluation/test_cluster test_benchmarks test_tricks test_benchmark_objects \
+  ros/test_player ros/test_outputs ros/test_ros_lifecycle offline/evaluation/test_cluster test_benchmarks test_speedup test_tricks test_benchmark_objects \
   test_beyond test_soak offline/test_demo \
   test_documents
 test-ubuntu: .venv-ubuntu/ready-package ## The tests, with the numpy, scipy and numba of Ubuntu 24.04.
