@@ -256,6 +256,22 @@ def test_the_device_has_a_name() -> None:
         assert diagnostics(Time(), "/n", condition, statistics.snapshot(), after()).status[0].hardware_id == name
 
 
+@pytest.mark.parametrize("running", [True, False])
+def test_whether_anybody_subscribes_may_fail_while_the_node_ends(running: bool) -> None:
+    """A signal makes the context invalid while a frame waits: then nothing is said, and nothing is raised ever."""
+
+    def declined(arrived: float) -> str | None:
+        raise RuntimeError("publisher's context is invalid")
+
+    logger, statistics = Logger(), Statistics()
+    process, published = processor(logger, statistics)
+    process._demand.declined = declined  # type: ignore[method-assign]
+    process._context = SimpleNamespace(ok=lambda: running)  # type: ignore[assignment]
+    process.process(frame())
+    assert (statistics.snapshot().rejected, published) == ({"internal_error": 1} if running else {}, [])
+    assert bool(logger.lines) == running
+
+
 def test_what_nobody_wants_is_counted_and_not_processed() -> None:
     logger, statistics = Logger(), Statistics()
     process, published = processor(logger, statistics)

@@ -51,12 +51,12 @@ class FrameProcessor:
 
     def process(self, frame: Frame) -> None:
         """Answer `frame`, pass it over where nobody wants it, or count and log why not. Never raises."""
-        if (reason := self._demand.declined(frame.arrived)) is not None:
-            self._statistics.passed_over(reason)
-            self._logger.debug(f"cloud {_stamp(frame.msg)} passed over: {reason}")
-            return
         try:
-            self._answer(frame)
+            if (reason := self._demand.declined(frame.arrived)) is None:
+                self._answer(frame)
+            else:
+                self._statistics.passed_over(reason)
+                self._logger.debug(f"cloud {_stamp(frame.msg)} passed over: {reason}")
         except CloudFormatError as error:
             self._reject(frame, error.reason, f"cloud rejected: {error.detail}")
         except MissingColorError as error:
