@@ -98,6 +98,16 @@ def test_a_map_of_heights_has_no_camera(noise: float) -> None:
     assert camera_pose(Cloud(np.stack([u, v, height], axis=-1).reshape(-1, 3), None, HEIGHT, WIDTH)) is None
 
 
+@pytest.mark.parametrize(("side", "facet"), [(160, 8), (200, 10), (240, 12), (230, 9)])
+def test_roofs_seen_along_parallel_rays_have_no_camera(side: int, facet: int) -> None:
+    """In single precision, whose rounding lets rays meet millions of metres away."""
+    v, u = np.mgrid[0:side, 0:side] * 0.003
+    width = 0.003 * facet
+    height = 1.0 + width * (np.abs((u / width) % 1.0 - 0.5) + np.abs((v / width) % 1.0 - 0.5))
+    xyz = np.stack([u - 0.0015 * side, v - 0.0015 * side, height], axis=-1).astype(np.float32)
+    assert camera_pose(Cloud(xyz.reshape(-1, 3), None, side, side)) is None
+
+
 def test_a_plane_seen_without_noise_does_not_tell_from_where() -> None:
     directions = rays()
     depth = 1.0 / (directions @ np.array([0.1, -0.3, 0.9]))

@@ -32,6 +32,11 @@ AGREED = 0.01
 """Largest distance of the centers that two halves of the points give, as a share of their middle distance from it."""
 
 
+FARTHEST = 100.0
+"""How far a camera may be, as a multiple of how far its points are from their middle: from there on rays are as good as
+parallel, as in maps of heights, and rounding alone says where they meet."""
+
+
 class CameraPose(NamedTuple):
     """A camera in the frame of a cloud.
 
@@ -87,8 +92,8 @@ class Resected(NamedTuple):
 def camera_pose(cloud: Cloud) -> CameraPose | None:
     """Return where the camera of an organized cloud was, in the frame of the cloud.
 
-    None if that is the origin, or if it does not show: the cloud has no image grid, is not from a pinhole camera, or
-    has hardly any relief.
+    None if that is the origin, or if it does not show: the cloud has no image grid, is not from a pinhole camera, has
+    hardly any relief, or was seen along parallel rays.
     """
     if not cloud.organized or cloud.width == 1:
         return None
@@ -108,6 +113,8 @@ def camera_pose(cloud: Cloud) -> CameraPose | None:
     if np.median(_resected(xyz, pixels).off) <= SHARPER * np.median(found.off) + ROUNDED:
         return None
     center, halves = found.center, [_resected(points[half::2], pixels[half::2]).center for half in (0, 1)]
+    if not np.linalg.norm(center) <= FARTHEST * np.median(np.linalg.norm(points[:, :3], axis=1)):
+        return None
     reach = AGREED * float(np.median(np.linalg.norm(points[:, :3] - center, axis=1)))
     if not all(float(np.linalg.norm(half - center)) <= reach for half in halves):
         return None
