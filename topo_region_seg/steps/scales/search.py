@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from topo_region_seg.compiled.order import order_of
 from topo_region_seg.data import Components, FloatArray, IntArray
 from topo_region_seg.steps.scales.counts import region_counts
 
@@ -66,5 +67,5 @@ def _candidates(components: Components, weight: IntArray, min_size: int) -> tupl
 
 def deaths_in_order(components: Components) -> IntArray:
     """Return the points that die, (D,), the first to die first."""
-    order: IntArray = np.argsort(components.death, kind="stable")
-    return order[: np.count_nonzero(np.isfinite(components.death))]
+    dying = np.flatnonzero(np.isfinite(components.death))
+    return dying[order_of(components.death[dying])]
