@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -107,6 +109,22 @@ def test_nothing_else_is_an_image() -> None:
         "none": xyz[:0],
     }.items():
         assert listed_image(np.ascontiguousarray(other.reshape(-1, 3)), np.eye(3)) is None, name
+
+
+def test_points_along_a_line_or_in_a_heap_ask_for_no_more_room_than_others() -> None:
+    """They seem to have any number of columns: a few stray points beside a heap asked for gigabytes."""
+    rng = np.random.default_rng(0)
+    n = 50_000
+    peaks = []
+    for u_spread, v_spread in ((1.0, 1e-7), (1e-6, 1e-7), (1e-6, 1e-6), (0.5, 0.4)):
+        view = rng.normal(0.0, [u_spread, v_spread], (n, 2))
+        view[:2, 0] = -1.0, 1.0
+        xyz = np.column_stack([view, np.ones(n)])
+        tracemalloc.start()
+        assert listed_image(xyz, np.eye(3)) is None
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert max(peaks) < 200 * n, peaks
 
 
 def run(cloud: Cloud, **changes: object) -> Segmentation:

@@ -28,8 +28,10 @@ OFF = 0.2
 """Largest distance of a point from its column, in steps."""
 ODD = 0.01
 """Share of the points that may be farther from theirs, or share a pixel."""
-FULLEST = 16
+EMPTIEST = 16
 """Pixels a point that an image may have."""
+LONGEST = 32
+"""How many times as long as wide an image may be: what lies along a line has no grid, and would seem to have any."""
 ASIDE = 0.06
 """How far the middle of the view may be from that of the image, as a share of its size."""
 
@@ -62,14 +64,18 @@ def listed_image(xyz: FloatArray, axes: FloatArray) -> ListedImage | None:
     u, v, depth = pictured_all(xyz, axes)
     if len(depth) < CELL or float(np.min(depth)) < NEAREST:
         return None
+    extent = float(np.ptp(u)), float(np.ptp(v))
+    if max(extent) > LONGEST * min(extent) or not min(extent) > 0.0:
+        return None
     step = _step_of(u, v)
-    if not step > 0.0:
+    # Before room is made for the columns, of which points in a heap seem to have any number.
+    if extent[0] * extent[1] > EMPTIEST * len(u) * step**2:
         return None
     across, down = _columns(u, step), _columns(v, step)
     if across is None or down is None:
         return None
     (columns, width), (rows, height) = across, down
-    if height * width > FULLEST * len(xyz):
+    if height * width > EMPTIEST * len(xyz):
         return None
     pixel, point = nearest_of_pixels(rows * width + columns, depth, height * width)
     if len(pixel) < (1.0 - ODD) * len(xyz):
@@ -78,13 +84,10 @@ def listed_image(xyz: FloatArray, axes: FloatArray) -> ListedImage | None:
 
 
 def _step_of(u: FloatArray, v: FloatArray) -> float:
-    """Return about how far points (N,) are apart in most of the image, in units of the depth; 0 if on a line."""
-    low = np.array([np.min(u), np.min(v)])
-    extent = np.array([np.max(u), np.max(v)]) - low
-    edge = math.sqrt(float(extent[0]) * float(extent[1]) * CELL / len(u))
-    if not edge > 0.0 or max(extent) > len(u) * edge:
-        return 0.0
-    cell = ((v - low[1]) / edge).astype(np.int64) * (int(extent[0] / edge) + 1) + ((u - low[0]) / edge).astype(np.int64)
+    """Return about how far points (N,), on no line, are apart in most of the image, in units of the depth."""
+    edge = math.sqrt(float(np.ptp(u)) * float(np.ptp(v)) * CELL / len(u))
+    column, row = (((values - np.min(values)) / edge).astype(np.int64) for values in (u, v))
+    cell = row * (np.max(column) + 1) + column
     count = np.sort(np.bincount(cell))
     middle = np.searchsorted(np.cumsum(count), len(u) / 2)
     return edge / math.sqrt(float(count[middle]))

@@ -30,8 +30,6 @@ ROUNDED = 0.01
 """What rounded positions may be off, pixels."""
 AGREED = 0.01
 """Largest distance of the centers that two halves of the points give, as a share of their middle distance from it."""
-
-
 FARTHEST = 100.0
 """How far a camera may be, as a multiple of how far its points are from their middle: from there on rays are as good as
 parallel, as in maps of heights, and rounding alone says where they meet."""
