@@ -65,6 +65,12 @@ def cache_folder() -> Path | None:
     return None
 
 
+def environment() -> dict[str, str]:
+    """Return the environment of a process of its own that compiles kernels of this package, wherever it is started."""
+    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
+    return {**os.environ, "PYTHONPATH": path}
+
+
 def save_one_at_a_time(compiled: Any) -> None:
     """Let no two processes save code of one kernel at once: numba numbers the files of a kernel by what is there."""
     file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)

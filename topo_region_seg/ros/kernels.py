@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import atexit
-import os
 import subprocess
 import sys
 import time
@@ -14,7 +13,7 @@ from pathlib import Path
 
 from topo_region_seg.beyond.boxes.oriented import warm_up_boxes
 from topo_region_seg.beyond.boxes.surfaces import warm_up_surfaces
-from topo_region_seg.compiled.cache import PACKAGE, cache_folder
+from topo_region_seg.compiled.cache import cache_folder, environment
 from topo_region_seg.pipeline import warm_up
 
 COMPILE = (sys.executable, "-m", "topo_region_seg.ros.kernels")
@@ -41,10 +40,9 @@ def fill_cache(wanted: Callable[[], bool]) -> None:
     mark = _mark()
     if mark is None or mark.exists():
         return
-    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
     quiet = subprocess.DEVNULL
     try:
-        child = subprocess.Popen(COMPILE, env={**os.environ, "PYTHONPATH": path}, stdout=quiet, stderr=quiet)
+        child = subprocess.Popen(COMPILE, env=environment(), stdout=quiet, stderr=quiet)
     except OSError:
         return
     atexit.register(child.kill)  # this thread may not live to do it

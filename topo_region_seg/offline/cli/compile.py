@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from topo_region_seg.compiled.cache import PACKAGE, cache_folder
+from topo_region_seg.compiled.cache import cache_folder, environment
 from topo_region_seg.compiled.threads import cores
 from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
@@ -58,10 +58,8 @@ def _reason(errors: str, code: int) -> str:
 
 
 def _child(calls: tuple[str, ...]) -> subprocess.Popen[str]:
-    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
     code = IMPORTS + "; ".join(calls)
-    given = {**os.environ, "PYTHONPATH": path}
-    return subprocess.Popen([sys.executable, "-c", code], env=given, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen([sys.executable, "-c", code], env=environment(), stderr=subprocess.PIPE, text=True)
 
 
 def _count(folder: os.PathLike[str]) -> int:
