@@ -289,7 +289,9 @@ def test_a_cut_recording_does_not_name_its_clouds_as_other_things(tmp_path):
     path.write_bytes(path.read_bytes()[: start + 4_000])  # in the first cloud, after its channel
     error = error_of(path)
     assert "cut short before the first whole cloud of /camera/points" in error and "holds" not in error
-    damaged = write_mcap(tmp_path / "b.mcap", cloud_entries(1), index_types=IndexType.NONE)
+    # A flipped bit of compressed data may change nothing that is read.
+    plain = CompressionType.NONE
+    damaged = write_mcap(tmp_path / "b.mcap", cloud_entries(1), index_types=IndexType.NONE, compression=plain)
     start, end = chunks_of(damaged)[0]
     damage(damaged, (start + end) // 2)
     assert f"has no whole message (chunk at byte {start}" in error_of(damaged)
