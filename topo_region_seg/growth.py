@@ -81,7 +81,7 @@ def growth_of_output(params: Params) -> Growth:
 
 def growth_of_regions(params: Params) -> Growth:
     """Return how regions grow, whatever the output."""
-    max_radius = AUTO_REACH if params.max_radius == "auto" else params.max_radius
+    max_radius = max(AUTO_REACH, params.radius) if params.max_radius == "auto" else params.max_radius
     return Growth(
         uses_color=params.features != "normals",
         uses_normals=params.features != "color",

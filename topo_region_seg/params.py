@@ -157,7 +157,7 @@ class Params(ParameterTable):
 
     # Filtration (paper, sections IV.A, IV.B, IV.D)
     max_radius: float | Literal["auto"] = length(
-        0.02,
+        "auto",
         "largest scale of the Vietoris-Rips filtration (R); auto: the scale of the regions is chosen from the barcode "
         "of each cloud, and lengths grow with the spacing and noise of the sensor's points (see docs/auto_radius.md); "
         "objects use object_radius",
@@ -168,7 +168,8 @@ class Params(ParameterTable):
     )
     radius: float = length(
         0.0,
-        "scale of the regions, up to max_radius; 0 = max_radius; the barcode always goes up to max_radius",
+        "scale of the regions, up to max_radius; 0 = max_radius, or if that is auto the scale chosen; the barcode "
+        "always goes up to max_radius",
         low=0.0,
         high=10.0,
         when=(GROWN,),
@@ -281,11 +282,6 @@ class Params(ParameterTable):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.max_radius == "auto" and self.radius:
-            raise ParameterError(
-                f"radius = {self.radius}, but max_radius is auto, which chooses the scale itself; "
-                "set radius to 0, or max_radius to a length"
-            )
         for small, large in (
             ("min_range", "max_range"),
             ("min_color_threshold", "color_threshold"),

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from topo_region_seg.beyond.auto_scale.coarser import coarser, spacings_apart, wider_angles
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
@@ -134,13 +135,16 @@ class Pipeline:
         with clock("thinning"):
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
-            thinned = at = None
+            thinned = at = inside = None
+            size = cloud.height, cloud.width
+            apart = 1 if units is None or exact else spacings_apart(units, len(xyz), params)
             if takes_blocks(params, cloud, len(xyz)):
-                size = cloud.height, cloud.width
-                thinned, at, inside = image_blocks(xyz, rgb, rows, size, params, mix_colors=not exact)
-                rows = rows if inside is None else rows[inside]
+                thinned, at, inside = image_blocks(xyz, rgb, rows, size, params, units, mix_colors=not exact)
+            elif units is not None and apart > 1:
+                thinned, _, inside = coarser(xyz, rgb, rows, size, apart, units)
             elif scene is None:
                 thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
+            rows = rows if inside is None else rows[inside]
             points = thinned or unthinned(xyz, rgb)
         if points.edge > params.voxel_size:
             text = _thinning_text(len(cloud), len(rows), len(points.xyz), points.edge, params)
@@ -160,17 +164,18 @@ class Pipeline:
                 normals, scene = normals_in(scene, points.xyz, pixel, tree, lengths, params)
             elif at is not None:
                 if growth.uses_normals:
-                    normals = block_normals(points.xyz, at, growth.normal_radius, params.normal_min_neighbors)
+                    normals = block_normals(points.xyz, at, radius, params.normal_min_neighbors)
             elif growth.uses_normals and tree is not None:
                 if thinned and units is None and _merges_small(params):
                     near = lists_of_small_regions(len(points.xyz), growth.max_radius)
                 estimate = sided_normals if growth.sided else estimate_normals
                 normals = estimate(points.xyz, tree, radius, params.normal_min_neighbors, near)
         local, compared = points.xyz, normals
-        if units is not None and tree is not None:
+        if units is not None:
             with clock("local_units"):
                 local = units.at(points.xyz)
-                tree = tree if local is points.xyz else moved_tree(tree, local)
+                tree = tree if tree is None or local is points.xyz else moved_tree(tree, local)
+                growth = wider_angles(growth, units, apart, params) if apart > 1 and at is None else growth
         if params.output == "objects" and normals is not None and tree is not None:
             with clock("grooves"):
                 compared = normals.copy()
@@ -207,7 +212,7 @@ class Pipeline:
             with clock("filtration"):
                 components = filtered.components
         scale = growth.radius
-        if auto:
+        if auto and not params.radius and at is None:
             with clock("stable_scale"):
                 scale = stable_scale(components, points.weight, params.min_region_size)
         seg = segmentation_at(filtered, params, scale, clock)

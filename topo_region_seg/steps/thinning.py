@@ -54,7 +54,7 @@ def thin(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel_size: float, 
     voxel, first = number_voxels(xyz, voxel_size)
     if rgb is not None and not mix_colors:
         voxel, first = _apart_where_mixed(voxel, first, rgb)
-    return _thinned(xyz, rgb, voxel, first, voxel_size)
+    return voxels_of(xyz, rgb, voxel, first, voxel_size)
 
 
 def _apart_where_mixed(voxel: IntArray, first: IntArray, rgb: npt.NDArray[np.uint8]) -> tuple[IntArray, IntArray]:
@@ -107,7 +107,7 @@ def thin_to(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, most: int, voxel
             (voxel, first), edge = numbered, between
         else:
             too_small = between
-    return _thinned(xyz, rgb, voxel, first, edge)
+    return voxels_of(xyz, rgb, voxel, first, edge)
 
 
 def thin_for(
@@ -129,9 +129,10 @@ def unthinned(xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None) -> Thinned:
     return Thinned(xyz, rgb, every, every, np.ones(len(xyz), np.int64), 0.0)
 
 
-def _thinned(
-    xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel: IntArray, first: IntArray, edge: float
+def voxels_of(
+    xyz: FloatArray, rgb: npt.NDArray[np.uint8] | None, voxel: IntArray, first: IntArray, edge: float = 0.0
 ) -> Thinned:
+    """Return the means over voxels of points (N, 3); `voxel` (N,) and `first` (M,) as of :func:`number_voxels`."""
     means = [voxel_means(values, voxel, len(first)) for values in ((xyz,) if rgb is None else (xyz, rgb))]
     mean_rgb = None if rgb is None else np.rint(means[1][0]).astype(np.uint8)
     return Thinned(means[0][0], mean_rgb, first, voxel, means[0][1], edge)

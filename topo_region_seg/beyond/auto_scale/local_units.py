@@ -28,6 +28,7 @@ from topo_region_seg.steps.view.camera import (
     seen_from,
     strays_of,
 )
+from topo_region_seg.steps.view.pixel_blocks import STEP
 
 SAMPLE = 2_000
 """About how many points show where the camera looks and, where there is no image grid, the spacing and the noise."""
@@ -41,7 +42,7 @@ AROUND = 48
 WIDEN = 3.0
 """How many times as long noise may make the radius of normals. More would reach around most things on a table."""
 CLEAR = 2.5
-"""How many times the noise points must be from the support plane."""
+"""How many times the noise points must be from the support plane, or from a surface to be none of it."""
 THICKEST = 0.05
 """Largest such distance, as a share of the depth: where there are no surfaces, all depth seems to be noise."""
 
@@ -73,6 +74,28 @@ class LocalUnits:
     def growth(self, xyz: FloatArray) -> FloatArray:
         """Return the factor by which lengths grow at positions (N, 3), metres; (N,), at least 1."""
         return growths(xyz, self.axes[2], self.depth, self.everywhere)
+
+    def growth_at(self, depth: float) -> float:
+        """Return the factor by which lengths grow at a depth, metres; at least 1."""
+        return max(depth / self.depth, self.everywhere)
+
+    @property
+    def spacing(self) -> float:
+        """How far points are apart at the middle depth, in the coordinates of :meth:`at`."""
+        return REFERENCE_SPACING * min(1.0, self.growth_of_spacing)
+
+    @property
+    def growth_of_spacing(self) -> float:
+        """How many times as far as REFERENCE_SPACING points are apart at the middle depth."""
+        return self.everywhere if math.isinf(self.depth) else self.middle / self.depth
+
+    def block_angle(self, angle: float, side: int) -> float:
+        """Return the angle between pixels, radians, that tells how far the points of a block may be apart in depth.
+
+        At least `angle`, that of the camera; more where noise takes the points of a surface farther apart than blocks
+        of `side` pixels are wide.
+        """
+        return max(angle, CLEAR * self.noise * self.middle / (STEP * side))
 
     def at(self, xyz: FloatArray) -> FloatArray:
         """Return positions (N, 3) in coordinates in which one length serves all; `xyz` itself if metres do."""

@@ -23,7 +23,9 @@ FARTHEST = 12
 Single = npt.NDArray[np.float32]
 
 
-def block_normals(xyz: FloatArray, at: IndexArray, radius: float, min_neighbors: int) -> FloatArray:
+def block_normals(
+    xyz: FloatArray, at: IndexArray, radius: float | FloatArray, min_neighbors: int
+) -> FloatArray:
     """Return the unit normals (N, 3) of points, turned towards the sensor at the origin.
 
     The neighborhood is the blocks that the ball of the radius touches. A point with fewer than `min_neighbors` there,
@@ -36,8 +38,8 @@ def block_normals(xyz: FloatArray, at: IndexArray, radius: float, min_neighbors:
         Positions in the sensor frame, metres.
     at : (H, W) int32
         Point of each block; -1 where there is none.
-    radius : float
-        Metres.
+    radius : float or (N,) float64
+        Radius of the neighborhoods, or of each point's own, metres.
     min_neighbors : int
         Neighbors that are enough.
     """
@@ -45,7 +47,8 @@ def block_normals(xyz: FloatArray, at: IndexArray, radius: float, min_neighbors:
     if len(xyz):
         planes = np.full((3, *at.shape), np.nan, np.float32)
         planes[:, at >= 0] = xyz.T  # points come in the order of the blocks
-        given = planes, at, xyz, radius, WIDEN * radius, min_neighbors, _spacing(planes), normals
+        each = np.ascontiguousarray(np.broadcast_to(np.float64(radius), len(xyz)))
+        given = planes, at, xyz, each, min_neighbors, _spacing(planes), normals
         side_by_side(tile_normals, [(*given, *part) for part in in_parts(-(-at.shape[0] // TILE))])
     return normals
 
@@ -61,25 +64,27 @@ def _spacing(planes: Single) -> float:
 
 @kernel
 def tile_normals(  # type: ignore[no-untyped-def]
-    planes, at, xyz, radius, wide, min_neighbors, spacing, normals, first, end
+    planes, at, xyz, radius, min_neighbors, spacing, normals, first, end
 ):
     """Fill the `normals` (N, 3) of the points in some rows of tiles; `planes` (3, H, W) are the positions."""
     planes, at, xyz, normals = borrowed(planes), borrowed(at), borrowed(xyz), borrowed(normals)
+    radius = borrowed(radius)
     height, width = at.shape
     candidates = np.empty((3, (TILE + 2 * FARTHEST) ** 2), np.float32)
     moments = np.empty(10)
     for top in range(first * TILE, min(end * TILE, height), TILE):
         for left in range(0, width, TILE):
             low, right = min(top + TILE, height), min(left + TILE, width)
-            nearest2 = np.inf
+            nearest2, widest = np.inf, 0.0
             for v in range(top, low):
                 for u in range(left, right):
                     p = at[v, u]
                     if p >= 0:
                         nearest2 = min(nearest2, xyz[p, 0] ** 2 + xyz[p, 1] ** 2 + xyz[p, 2] ** 2)
+                        widest = max(widest, radius[p])
             if nearest2 == np.inf:
                 continue
-            reach = int(min(max(radius / max(spacing * np.sqrt(nearest2), 1e-9) + TOUCH, 1.0), FARTHEST))
+            reach = int(min(max(widest / max(spacing * np.sqrt(nearest2), 1e-9) + TOUCH, 1.0), FARTHEST))
             n = 0
             for v in range(max(top - reach, 0), min(low + reach, height)):
                 for u in range(max(left - reach, 0), min(right + reach, width)):
@@ -93,10 +98,10 @@ def tile_normals(  # type: ignore[no-untyped-def]
                     if p < 0:
                         continue
                     x, y, z = planes[0, v, u], planes[1, v, u], planes[2, v, u]
-                    within = radius + TOUCH * spacing * np.sqrt(np.float64(x * x + y * y + z * z))
+                    within = radius[p] + TOUCH * spacing * np.sqrt(np.float64(x * x + y * y + z * z))
                     add_moments(candidates, n, x, y, z, np.float32(within * within), moments)
                     if moments[0] < min_neighbors:
-                        touching(planes, v, u, wide, moments)
+                        touching(planes, v, u, WIDEN * radius[p], moments)
                     if moments[0] >= 3.0:
                         fit_normal(moments, xyz[p, 0], xyz[p, 1], xyz[p, 2], normals[p])
 
