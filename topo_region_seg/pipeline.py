@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -42,6 +43,7 @@ from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
 from topo_region_seg.steps.thinning import thin_for, unthinned
 from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
+from topo_region_seg.steps.view.placed import placed_points
 from topo_region_seg.warming import OUTPUTS, compile_filtration, compile_messages, runs
 
 AVERAGED = 1.2
@@ -101,12 +103,16 @@ class Pipeline:
                 sensor, rows, notice = _seen_otherwise(cloud, params, known)
                 notices.append(notice)
             xyz = gather_columns(cloud.xyz, rows, sensor)
-        units = None
+        units, pixel = None, rows
+        size: Sequence[int] = cloud.height, cloud.width
         if auto:
             with clock("local_units"):
-                units = local_units(xyz, rows, cloud.width, cloud.height)
+                placed = placed_points(cloud, rows, xyz, params)
+                if placed is not None and len(placed.rows) == len(rows):
+                    rows, pixel, xyz, *size, _ = placed
+                units = local_units(xyz, pixel, size[1], size[0])
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
-        scene, support, pixel = None, NO_SUPPORT, rows
+        scene, support = None, NO_SUPPORT
         if params.output == "objects" and len(xyz) <= params.max_points:
             with clock("surfaces"):
                 image = image_of(cloud, rows, xyz, params, known)
@@ -136,12 +142,12 @@ class Pipeline:
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
             thinned = at = inside = None
-            size = cloud.height, cloud.width
-            apart = 1 if units is None or exact else spacings_apart(units, len(xyz), params)
-            if takes_blocks(params, cloud, len(xyz)):
-                thinned, at, inside = image_blocks(xyz, rgb, rows, size, params, units, mix_colors=not exact)
+            listed = size[0] == 1 or units is None or math.isinf(units.depth)
+            apart = 1 if units is None or exact else spacings_apart(units, len(xyz), listed, params)
+            if takes_blocks(params, size[0], len(xyz)):
+                thinned, at, inside = image_blocks(xyz, rgb, pixel, size, params, units, mix_colors=not exact)
             elif units is not None and apart > 1:
-                thinned, _, inside = coarser(xyz, rgb, rows, size, apart, units)
+                thinned, _, inside = coarser(xyz, rgb, pixel, size, apart, units, listed=listed)
             elif scene is None:
                 thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
             rows = rows if inside is None else rows[inside]

@@ -12,12 +12,12 @@ from topo_region_seg.compiled.selection import gather_columns
 from topo_region_seg.data import Cloud, FloatArray, IntArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.crop import crop
-from topo_region_seg.steps.sensor import Sensor, known_sensor, possible_axes
+from topo_region_seg.steps.sensor import Sensor, known_sensor
 from topo_region_seg.steps.support.search import SAMPLE
 from topo_region_seg.steps.view.camera import camera_axes
 from topo_region_seg.steps.view.grid import ImageGrid, image_grid
-from topo_region_seg.steps.view.listed import listed_image
 from topo_region_seg.steps.view.model import SensorModel, sensor_model
+from topo_region_seg.steps.view.placed import placed_points
 
 
 class CameraImage(NamedTuple):
@@ -61,21 +61,18 @@ def image_of(
     sensor : Sensor or None
         Where it is known to be.
     """
-    if not cloud.organized:
-        for axes in possible_axes(cloud, params):
-            found = listed_image(xyz, axes)
-            if found is not None:
-                rows, xyz = rows[found.point], np.ascontiguousarray(xyz[found.point])
-                grid = image_grid(xyz, found.pixel, found.height, found.width, axes[2])
-                there = Sensor(np.zeros(3) if sensor is None else sensor.position, axes)
-                return CameraImage(grid, axes, there, rows, found.pixel, xyz)
+    placed = placed_points(cloud, rows, xyz, params)
+    if placed is None:
         return None
+    rows, pixel, xyz, height, width, axes = placed
+    if axes is not None:
+        sensor = Sensor(np.zeros(3) if sensor is None else sensor.position, axes)
     seen = None if sensor is None else sensor.axes
     if seen is None:
         seen = camera_axes(np.ascontiguousarray(xyz[:: max(1, len(xyz) // SAMPLE)]))
     if seen is None:
         return None
-    return CameraImage(image_grid(xyz, rows, cloud.height, cloud.width, seen[2]), seen, sensor, rows, rows, xyz)
+    return CameraImage(image_grid(xyz, pixel, height, width, seen[2]), seen, sensor, rows, pixel, xyz)
 
 
 def sensor_model_of(cloud: Cloud, params: Params | None = None) -> SensorModel | None:

@@ -23,9 +23,7 @@ FARTHEST = 12
 Single = npt.NDArray[np.float32]
 
 
-def block_normals(
-    xyz: FloatArray, at: IndexArray, radius: float | FloatArray, min_neighbors: int
-) -> FloatArray:
+def block_normals(xyz: FloatArray, at: IndexArray, radius: float | FloatArray, min_neighbors: int) -> FloatArray:
     """Return the unit normals (N, 3) of points, turned towards the sensor at the origin.
 
     The neighborhood is the blocks that the ball of the radius touches. A point with fewer than `min_neighbors` there,

@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import LocalUnits
-from topo_region_seg.data import Cloud, FloatArray, IntArray
+from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.view.pixel_blocks import Blocks, pixel_angle, pixel_blocks
 
@@ -25,9 +26,9 @@ WIDEST = 12
 ROUNDING = 1e-6
 
 
-def takes_blocks(params: Params, cloud: Cloud, count: int) -> bool:
-    """Return whether supervoxels of a cloud, of which `count` points are left, grow on its image grid."""
-    return params.output == "supervoxels" and cloud.organized and count <= params.max_points
+def takes_blocks(params: Params, height: int, count: int) -> bool:
+    """Return whether supervoxels of `count` points in an image of some height grow on its grid; a list's is 1."""
+    return params.output == "supervoxels" and height > 1 and count <= params.max_points
 
 
 def block_width(params: Params, count: int, pixel: float) -> float:
@@ -45,7 +46,7 @@ def image_blocks(
     xyz: FloatArray,
     rgb: npt.NDArray[np.uint8] | None,
     rows: IntArray,
-    size: tuple[int, int],
+    size: Sequence[int],
     params: Params,
     units: LocalUnits | None = None,
     *,
@@ -61,7 +62,7 @@ def image_blocks(
         Colors.
     rows : (N,) int64
         Their pixels, in rising order.
-    size : (int, int)
+    size : two of int
         Height and width of the image, pixels.
     params : Params
         Uses `voxel_size` and `seed_spacing`, which say how wide a block may be at the middle distance.

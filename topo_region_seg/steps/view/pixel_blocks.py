@@ -8,6 +8,7 @@ that they are most like, so that borders are as fine as the image.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +50,7 @@ def pixel_blocks(
     xyz: FloatArray,
     rgb: npt.NDArray[np.uint8] | None,
     rows: IntArray,
-    size: tuple[int, int],
+    size: Sequence[int],
     side: int,
     angle: float,
 ) -> Blocks:
@@ -63,7 +64,7 @@ def pixel_blocks(
         Colors.
     rows : (N,) int64
         Their pixels, in rising order.
-    size : (int, int)
+    size : two of int
         Height and width of the image, pixels.
     side : int
         Pixels along the side of a block.
