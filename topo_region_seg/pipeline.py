@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -12,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from topo_region_seg.beyond.auto_scale.coarser import coarser, spacings_apart, wider_angles
+from topo_region_seg.beyond.auto_scale.coarser import fewer_points, wider_angles
 from topo_region_seg.beyond.auto_scale.local_units import local_units
 from topo_region_seg.beyond.auto_scale.stable_scale import stable_scale
 from topo_region_seg.beyond.objects.frame import frame_of, free_points, grooves_in
@@ -142,13 +141,14 @@ class Pipeline:
             rgb = None if cloud.rgb is None else cloud.rgb[rows]
             exact = growth.uses_color and growth.color[1] < AVERAGED
             thinned = at = inside = None
-            listed = size[0] == 1 or units is None or math.isinf(units.depth)
-            apart = 1 if units is None or exact else spacings_apart(units, len(xyz), listed, params)
+            fewer = None
             if takes_blocks(params, size[0], len(xyz)):
                 thinned, at, inside = image_blocks(xyz, rgb, pixel, size, params, units, mix_colors=not exact)
-            elif units is not None and apart > 1:
-                thinned, _, inside = coarser(xyz, rgb, pixel, size, apart, units, listed=listed)
-            elif scene is None:
+            elif units is not None and not exact and len(xyz) <= params.max_points:
+                fewer = fewer_points(xyz, rgb, pixel, size, units, params)
+            if fewer is not None:
+                thinned, inside, _ = fewer
+            elif at is None and scene is None:
                 thinned = thin_for(params, xyz, rgb, mix_colors=not exact)
             rows = rows if inside is None else rows[inside]
             points = thinned or unthinned(xyz, rgb)
@@ -181,7 +181,7 @@ class Pipeline:
             with clock("local_units"):
                 local = units.at(points.xyz)
                 tree = tree if tree is None or local is points.xyz else moved_tree(tree, local)
-                growth = wider_angles(growth, units, apart, params) if apart > 1 and at is None else growth
+                growth = growth if fewer is None else wider_angles(growth, units, fewer.apart, params)
         if params.output == "objects" and normals is not None and tree is not None:
             with clock("grooves"):
                 compared = normals.copy()

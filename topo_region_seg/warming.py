@@ -19,7 +19,7 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 
-OUTPUTS = ("regions", "auto", "objects", "supervoxels")
+OUTPUTS = ("regions", "objects", "supervoxels")
 """Each has kernels of its own; most are those of regions, which others use too."""
 SIDE = 40
 """Points along each side of what the made cloud holds."""
@@ -56,12 +56,12 @@ def runs(output: str) -> Iterator[tuple[Params, Cloud]]:
     frame = made_frame()
     seen = frame.reshape(-1, 3)
     if output == "regions":
-        yield Params(), Cloud(single, rgb, 1, len(xyz))
+        yield Params(max_radius=0.02), Cloud(single, rgb, 1, len(xyz))
         yield Params(voxel_size=0.0), Cloud(xyz, rgb, 1, len(xyz))
-    elif output == "auto":
         grid = 2 * SIDE**2
         for shape in ((2 * SIDE, SIDE), (1, grid)):
-            yield Params(max_radius="auto"), Cloud(single[:grid], rgb[:grid], *shape)
+            yield Params(), Cloud(single[:grid], rgb[:grid], *shape)
+        yield Params(), Cloud(seen, np.zeros(seen.shape, np.uint8), *frame.shape[:2])
     elif output == "objects":
         yield Params(output="objects"), Cloud(single, rgb, 1, len(xyz))
         for points, rows in ((seen, len(frame)), (seen[np.isfinite(seen[:, 2])], 1)):

@@ -10,17 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.beyond.auto_scale.local_units import LocalUnits
-from topo_region_seg.compiled.voxels import number_voxels
-from topo_region_seg.data import FloatArray, IntArray
+from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.growth import REFERENCE_SPACING, Growth
 from topo_region_seg.params import Params
-from topo_region_seg.steps.thinning import voxels_of
-from topo_region_seg.steps.view.pixel_blocks import Blocks, pixel_angle, pixel_blocks
+from topo_region_seg.steps.thinning import Thinned, thin_to, voxels_of
+from topo_region_seg.steps.view.pixel_blocks import pixel_angle, pixel_blocks
 
 WIDTH = 1.5
 """Voxels in the width of a block."""
@@ -29,35 +29,36 @@ WIDEST_FOR_NOISE = 2
 MOST = 40_000
 """Blocks of a full image, at most."""
 CROWD = 60_000
-"""Points of a list, of no image, from which on there are fewer."""
+"""Points of a list, of no image, from which on at most MOST are left."""
 
 
-def spacings_apart(units: LocalUnits, count: int, listed: bool, params: Params) -> int:
-    """Return how many spacings apart the points of a cloud are to be; 1 if the `count` points that are left may stay.
+class FewerPoints(NamedTuple):
+    """Means in place of points.
 
-    `voxel_size` = 0 keeps all; of lists of points only crowds are thinned.
+    Parameters
+    ----------
+    points : Thinned
+        The means.
+    kept : (N,) bool or None
+        Which of the given points they stand for, those that `points` tells the mean of; None if all.
+    apart : float
+        About how many spacings they are apart.
     """
-    if params.voxel_size == 0.0 or count == 0:
-        return 1
-    spacing = REFERENCE_SPACING * units.growth_of_spacing
-    fewer = math.ceil(math.sqrt(count / MOST))
-    if listed:
-        return 1 if count * min(1.0, (spacing / params.voxel_size) ** 2) <= CROWD else fewer
-    noise = min(round(units.noise * units.middle**2 / spacing), WIDEST_FOR_NOISE)
-    return max(round(WIDTH * params.voxel_size / spacing), noise, fewer, 1)
+
+    points: Thinned
+    kept: BoolArray | None
+    apart: float
 
 
-def coarser(
+def fewer_points(
     xyz: FloatArray,
     rgb: npt.NDArray[np.uint8] | None,
     rows: IntArray,
     size: Sequence[int],
-    apart: int,
     units: LocalUnits,
-    *,
-    listed: bool,
-) -> Blocks:
-    """Replace points by means of those around, `apart` spacings wide.
+    params: Params,
+) -> FewerPoints | None:
+    """Replace points by means over blocks of pixels; None if all may stay.
 
     Parameters
     ----------
@@ -68,22 +69,36 @@ def coarser(
     rows : (N,) int64
         Their pixels, in rising order.
     size : two of int
-        Height and width of the image, pixels; of a list of points the height is 1.
-        Only what a camera saw goes by pixels.
-    apart : int
-        Spacings.
+        Height and width of the image, pixels. A list of points has a height of 1: only where it is a crowd is it
+        thinned, by voxels that grow as lengths do.
     units : LocalUnits
         How lengths grow with the distance.
-    listed : bool
-        Whether they are a list of points, at no pixels of a camera.
+    params : Params
+        Uses `voxel_size`; 0 keeps all points.
     """
-    if not listed:
-        return pixel_blocks(xyz, rgb, rows, size, apart, units.block_angle(pixel_angle(xyz, rows), apart))
-    voxel, first = number_voxels(units.at(xyz), apart * units.spacing)
-    return Blocks(voxels_of(xyz, rgb, voxel, first), np.empty((0, 0), np.int32), None)
+    if params.voxel_size == 0.0 or len(xyz) == 0:
+        return None
+    if size[0] == 1 or math.isinf(units.depth):
+        spacing = REFERENCE_SPACING * units.growth_of_spacing
+        if len(xyz) * min(1.0, (spacing / params.voxel_size) ** 2) <= CROWD:
+            return None
+        even = thin_to(units.at(xyz), None, MOST, units.spacing)
+        return FewerPoints(voxels_of(xyz, rgb, even.voxel, even.first), None, even.edge / units.spacing)
+    side = pixels_wide(units, len(xyz), params)
+    if side == 1:
+        return None
+    blocks = pixel_blocks(xyz, rgb, rows, size, side, units.block_angle(pixel_angle(xyz, rows), side))
+    return FewerPoints(blocks.points, blocks.kept, side)
 
 
-def wider_angles(growth: Growth, units: LocalUnits, apart: int, params: Params) -> Growth:
+def pixels_wide(units: LocalUnits, count: int, params: Params) -> int:
+    """Return how wide the blocks of an image are to be of which `count` points are left, pixels."""
+    spacing = REFERENCE_SPACING * units.growth_of_spacing
+    noise = min(round(units.noise * units.middle**2 / spacing), WIDEST_FOR_NOISE)
+    return max(round(WIDTH * params.voxel_size / spacing), noise, math.ceil(math.sqrt(count / MOST)), 1)
+
+
+def wider_angles(growth: Growth, units: LocalUnits, apart: float, params: Params) -> Growth:
     """Return how regions grow on such points: on round things normals turn by more from one to the next."""
     low, high = growth.angle
     wider = max(1.0, apart * units.spacing / max(params.voxel_size, units.spacing))
