@@ -82,7 +82,9 @@ class ParameterTable:
     def table(cls) -> tuple[Row, ...]:
         """Return the rows of the table in the order of declaration."""
         return tuple(
-            Row(f.name, type(f.default), f.default, f.metadata["spec"]) for f in fields(cls) if "spec" in f.metadata
+            Row(f.name, _type_of(f.default, spec), f.default, spec)
+            for f in fields(cls)
+            if (spec := f.metadata.get("spec")) is not None
         )
 
     @classmethod
@@ -135,6 +137,11 @@ class ParameterTable:
                 return ""
             cause = cause or failing
         return cause
+
+
+def _type_of(default: Any, spec: Spec) -> type:
+    """Return the type of a parameter's values; words stand in place of numbers that are no whole ones."""
+    return float if default in spec.words else type(default)
 
 
 def _plain_type(value: Any) -> Any:
