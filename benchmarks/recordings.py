@@ -59,7 +59,7 @@ def frames() -> tuple[Frame, ...]:
 
 def whole_frame(frame: Frame) -> Points:
     """Return all valid points of a frame, the table and what is behind it included."""
-    return featured(frame.name, frame.cloud(), trs.Params(remove_floor=False))
+    return featured(frame.name, frame.cloud(), trs.Params(max_radius=0.02, remove_floor=False))
 
 
 @lru_cache(maxsize=1)
@@ -67,7 +67,7 @@ def object_points() -> tuple[Points, ...]:
     """Return for each frame the points that are left when the table is gone and that belong to an object."""
     found = []
     for frame in frames():
-        points = featured(frame.name, frame.cloud(), trs.Params())
+        points = featured(frame.name, frame.cloud(), trs.Params(max_radius=0.02))
         on_object = np.flatnonzero(frame.truth[points.pixel] >= FIRST_OBJECT)
         found.append(points.take(on_object, f"objects of {frame.name}"))
     return tuple(found)

@@ -27,7 +27,7 @@ EXPECTED = (2, 4, 8, 16)
 REPEATS = 9
 OUTPUTS: dict[str, trs.Params] = {
     "regions": trs.Params(),
-    "auto": trs.Params(max_radius="auto"),
+    "fixed radius": trs.Params(max_radius=0.02),
     "objects": trs.Params(output="objects"),
     "supervoxels": trs.Params(output="supervoxels"),
 }

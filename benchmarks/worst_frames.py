@@ -31,7 +31,7 @@ WIDTH, HEIGHT = 640, 480
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "worst_frames.md"
 OUTPUTS: dict[str, trs.Params] = {
     "regions": trs.Params(),
-    "auto": trs.Params(max_radius="auto"),
+    "fixed radius": trs.Params(max_radius=0.02),
     "objects": trs.Params(output="objects"),
     "supervoxels": trs.Params(output="supervoxels"),
 }

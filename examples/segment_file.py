@@ -13,7 +13,7 @@ from topo_region_seg.cloud.files import read_cloud, write_labeled_cloud
 
 def main(source: str, target: str) -> None:
     """Print the largest regions, and write the cloud with a field `label`."""
-    params = trs.Params(max_radius="auto")  # or a length in metres
+    params = trs.Params()  # max_radius=0.02 sets the scale, in metres
     cloud = read_cloud(source, max_points=params.max_points)
     seg = trs.Pipeline(params).run(cloud)
     print(f"{len(cloud)} points, {len(seg.regions)} regions at a scale of {1e3 * seg.scale:.1f} mm")

@@ -43,7 +43,7 @@ Work = Callable[[], Any]
 @cache
 def segmented(output: str = "regions") -> Segmentation:
     """Segment the first frame."""
-    return Pipeline(Params(output=output)).run(recordings.frames()[0].cloud())
+    return Pipeline(Params(output=output, max_radius=0.02)).run(recordings.frames()[0].cloud())
 
 
 @cache
