@@ -17,7 +17,7 @@ from topo_region_seg.steps.view.pixel_blocks import Blocks, pixel_angle, pixel_b
 
 WIDTH = 1.75
 """Voxels in the width of a block."""
-MANY = 75_000
+MANY = 40_000
 """Blocks from which on they are made wider."""
 PER_SEED = 4.0
 """Blocks from one seed to the next, at least, where they are."""
