@@ -103,12 +103,15 @@ def camera_pose(cloud: Cloud) -> CameraPose | None:
     if len(rows) < FEWEST:
         return None
     pixels = np.column_stack([rows % cloud.width, rows // cloud.width]).astype(np.float64)
+    at_origin = np.median(_resected(xyz, pixels).off)
+    if at_origin <= ROUNDED:
+        return None
     middle = xyz.mean(axis=0)
     points = np.column_stack([xyz - middle, np.ones(len(xyz))])
     found = _resected(points, pixels)
     if not found.side or np.percentile(found.off, 75.0) > SHARP:
         return None
-    if np.median(_resected(xyz, pixels).off) <= SHARPER * np.median(found.off) + ROUNDED:
+    if at_origin <= SHARPER * np.median(found.off) + ROUNDED:
         return None
     center, halves = found.center, [_resected(points[half::2], pixels[half::2]).center for half in (0, 1)]
     if not np.linalg.norm(center) <= FARTHEST * np.median(np.linalg.norm(points[:, :3], axis=1)):
