@@ -106,10 +106,11 @@ class Pipeline:
         size: Sequence[int] = cloud.height, cloud.width
         if auto:
             with clock("local_units"):
-                placed = placed_points(cloud, rows, xyz, params)
+                placed, axes = placed_points(cloud, rows, xyz, params), None if known is None else known.axes
                 if placed is not None and len(placed.rows) == len(rows):
-                    rows, pixel, xyz, *size, _ = placed
-                units = local_units(xyz, pixel, size[1], size[0])
+                    rows, pixel, xyz, *size, found = placed
+                    axes = axes if found is None else found
+                units = local_units(xyz, pixel, size[1], size[0], axes)
                 growth = replace(growth, floor_distance=units.floor_distance(growth))
         scene, support = None, NO_SUPPORT
         if params.output == "objects" and len(xyz) <= params.max_points:

@@ -141,7 +141,7 @@ class Segmentation:
     def cut(self, radius: float | None = None, *, regions: int | None = None) -> Segmentation:
         """Return the segmentation at another scale of the same filtration.
 
-        Labels and regions are those of a new run with `max_radius` (of objects: `object_radius`) set to the scale;
+        Labels and regions are those of a new run with `radius` (of objects: `object_radius`) set to the scale;
         components, barcode and the persistence of regions remain those of the whole filtration, so that any result may
         be cut again.
 
@@ -160,8 +160,7 @@ class Segmentation:
         Returns
         -------
         Segmentation
-            Its `scale` is the new scale. So is ``params.radius`` (of objects: ``params.object_radius``), unless
-            `max_radius` is auto.
+            Its `scale` is the new scale. So is ``params.radius`` (of objects: ``params.object_radius``).
 
         Raises
         ------
@@ -276,7 +275,5 @@ def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
 
 
 def _params_of_cut(params: Params, radius: float) -> Params:
-    """Return the parameters of a run whose regions are those of the scale, where there are such."""
-    if params.output == "objects":
-        return replace(params, object_radius=radius)
-    return params if params.max_radius == "auto" else replace(params, radius=radius)
+    """Return the parameters of a run whose regions are those of the scale."""
+    return params.replace(**{"object_radius" if params.output == "objects" else "radius": radius})

@@ -279,7 +279,8 @@ def test_the_result_says_its_scale_and_can_be_cut() -> None:
 
 def test_the_word_is_kept_as_it_is() -> None:
     params = Params(max_radius="auto")
-    assert params.max_radius == "auto" and is_auto(params) and not is_auto(Params())
+    assert params.max_radius == "auto" and is_auto(params) and params == Params()
+    assert not is_auto(Params(max_radius=0.02))
     assert Params(**dataclasses.asdict(params)) == params
     assert Params.from_mapping(params.as_dict()) == params
     assert dataclasses.replace(params, angle_threshold=3.0).max_radius == "auto"
@@ -299,11 +300,6 @@ def test_the_parameters_of_a_result_give_it_again() -> None:
 def test_nothing_else_stands_for_it(value: object) -> None:
     with pytest.raises(ParameterError, match="max_radius"):
         Params(max_radius=value)  # type: ignore[arg-type]
-
-
-def test_a_scale_cannot_be_given_and_chosen() -> None:
-    with pytest.raises(ParameterError, match=r"radius = 0\.01, but max_radius is auto"):
-        Params(max_radius="auto", radius=0.01)
 
 
 @pytest.mark.parametrize("height", [1, 96])

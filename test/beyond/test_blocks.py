@@ -14,11 +14,12 @@ from scipy.sparse.csgraph import connected_components
 import topo_region_seg as trs
 from topo_region_seg.beyond.supervoxels.block_edges import AROUND, block_edges, joined_along
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
-from topo_region_seg.beyond.supervoxels.blocks import STRAY, block_width, image_blocks
+from topo_region_seg.beyond.supervoxels.blocks import block_width, image_blocks
 from topo_region_seg.compiled.predicate import edge_length
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
+from topo_region_seg.steps.view.pixel_blocks import STRAY
 
 PARAMS = trs.Params(output="supervoxels", remove_floor=False, min_region_size=20)
 HEIGHT, WIDTH, ANGLE = 60, 81, 0.002

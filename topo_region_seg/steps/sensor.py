@@ -38,10 +38,11 @@ def known_sensor(cloud: Cloud, params: Params) -> Sensor | None:
     """Return where the sensor is in the frame of a cloud; None where that is not known.
 
     As the parameter says, else the file or recording; else where the image grid of an organized cloud shows the camera
-    to be, if it is not at the origin. Which way it looks only objects need.
+    to be, if it is not at the origin. Which way it looks matters where lengths follow the camera.
     """
     pose = params.sensor_pose or cloud.sensor_pose
-    camera = camera_pose(cloud) if pose is None or params.output == "objects" else None
+    follows = params.output == "objects" or params.max_radius == "auto"
+    camera = camera_pose(cloud) if pose is None or follows else None
     if pose is not None and np.isfinite(pose[:3]).all():
         position = np.array(pose[:3], np.float64)
         there = camera is not None and float(np.linalg.norm(camera.center - position)) < NEAR

@@ -132,7 +132,7 @@ class LocalUnits:
         return max(growth.floor_distance * self.everywhere, noisy)
 
 
-def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> LocalUnits:
+def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int, axes: FloatArray | None = None) -> LocalUnits:
     """Return the local units of a cloud.
 
     Parameters
@@ -143,12 +143,14 @@ def local_units(xyz: FloatArray, rows: IntArray, width: int, height: int) -> Loc
         Their pixels; neighbors in a row are neighbors in the image where `height` is above 1.
     width, height : int
         Size of the image grid.
+    axes : (3, 3) float64, optional
+        Those of the camera, where they are known. Rows: the image's right and down, and the middle of the view.
     """
     chosen = sample_rows(xyz, SAMPLE, 0) if len(xyz) > 1 else np.empty(0, np.int64)
     sample = xyz[chosen]
     if len(sample) < 2:
         return LocalUnits(np.eye(3), math.inf)
-    axes, strays = strays_of(sample)
+    axes, strays = strays_of(sample, axes)
     depth = seen_from(sample, axes)[:, 2]
     if np.mean(strays) > STRAY:
         spacing = float(np.median(cKDTree(xyz).query(sample, k=2)[0][:, 1]))

@@ -22,14 +22,15 @@ STRAY = 0.02
 """Share of the points that may be nearer, or farther off the middle of the view, than a camera's points are."""
 
 
-def strays_of(sample: FloatArray) -> tuple[FloatArray, BoolArray]:
+def strays_of(sample: FloatArray, axes: FloatArray | None = None) -> tuple[FloatArray, BoolArray]:
     """Return the axes (3, 3) of the camera that saw a sample of points (N, 3), metres, and which of these it could not.
 
-    The rows of the axes are the image's right, down, and the middle of the view; those of the sensor if it looks along
-    z.
+    The rows of the axes are the image's right, down, and the middle of the view; where they are not given, those of the
+    sensor if it looks along z.
     """
     distance = np.maximum(np.linalg.norm(sample, axis=1), 1e-12)
-    axes = _axes(sample / distance[:, None])
+    if axes is None:
+        axes = _axes(sample / distance[:, None])
     depth = seen_from(sample, axes)[:, 2]
     strays: BoolArray = (distance < NEAREST) | (depth < distance * math.cos(math.radians(WIDEST)))
     return axes, strays
