@@ -25,10 +25,10 @@ def regions_of_output(filtered: FilteredCloud, params: Params, scale: float) -> 
     channels, weight = filtered.channels, filtered.weight
     normals, limits = filtered.features.normals, criterion(filtered.growth, scale)
     if filtered.blocks is not None:
-        return supervoxels_of_blocks(channels, filtered.blocks, weight, limits, params), None
+        return supervoxels_of_blocks(filtered.xyz, channels, filtered.blocks, weight, limits, params), None
     tree, components = filtered.tree, components_at(filtered, scale)
     if params.output == "supervoxels":
-        return supervoxels(channels, tree, components.root, weight, limits, params), None
+        return supervoxels(filtered.xyz, channels, tree, components.root, weight, limits, params), None
     if params.output == "objects" and filtered.scene is not None and filtered.pixel is not None and normals is not None:
         region, _ = count_off(components.root, weight)
         loose = np.isnan(channels[:, 6])

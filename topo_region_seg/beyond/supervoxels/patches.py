@@ -34,6 +34,7 @@ NONE = -1
 
 
 def supervoxels(
+    xyz: FloatArray,
     channels: FloatArray,
     tree: Tree,
     root: IntArray,
@@ -50,9 +51,10 @@ def supervoxels(
 
     Parameters
     ----------
+    xyz : (N, 3) float64
+        Positions, metres, in which patches are bounded.
     channels : (N, 9) float64
-        Positions, in which patches are bounded, colors and normals as the criterion compares them, as
-        `homogeneity_channels` returns them.
+        Positions, colors and normals as the criterion compares them, as `homogeneity_channels` returns them.
     tree : Tree
         Tree over the positions in `channels`.
     root : (N,) int64
@@ -81,12 +83,13 @@ def supervoxels(
     tasks = [(tree, blocks, rank, channels, limits, *part, near, alike) for part in in_parts(len(tree.start))]
     side_by_side(near_edges, tasks)
     patch = np.empty(n, np.int64)
-    patch[order] = _divided(channels, near, alike, root[order], weight[order], params)
+    positions = np.ascontiguousarray(xyz[order])
+    patch[order] = _divided(positions, channels, near, alike, root[order], weight[order], params)
     return patch
 
 
 def supervoxels_of_blocks(
-    channels: FloatArray, at: IndexArray, weight: IntArray, limits: Criterion, params: Params
+    xyz: FloatArray, channels: FloatArray, at: IndexArray, weight: IntArray, limits: Criterion, params: Params
 ) -> IntArray:
     """Divide a cloud on an image grid into patches, which grow from each block to those that touch it.
 
@@ -94,7 +97,7 @@ def supervoxels_of_blocks(
 
     Parameters
     ----------
-    channels, weight, limits, params
+    xyz, channels, weight, limits, params
         As for :func:`supervoxels`; points come in the order of the blocks.
     at : (H, W) int32
         Point of each block; -1 where there is none.
@@ -107,10 +110,11 @@ def supervoxels_of_blocks(
     if len(channels) == 0:
         return np.empty(0, np.int64)
     near, alike = block_edges(channels, at, limits)
-    return _divided(channels, near, alike, joined_along(near, alike), weight, params)
+    return _divided(xyz, channels, near, alike, joined_along(near, alike), weight, params)
 
 
 def _divided(
+    xyz: FloatArray,
     channels: FloatArray,
     near: IndexArray,
     alike: BoolArray,
@@ -119,7 +123,6 @@ def _divided(
     params: Params,
 ) -> IntArray:
     """Return the patches (N,) of points in an order of their own, with their edges (N, K)."""
-    xyz = np.ascontiguousarray(channels[:, :3])
     seeds, fewest = _seeds(xyz, root, weight, params)
     patches = _ungrown(xyz, channels, near, alike, params)
     bound, everything, no_seeds = params.seed_spacing, np.arange(len(xyz), dtype=np.int32), np.empty(0, np.int32)
