@@ -36,11 +36,11 @@ from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.normals.sides import sided_normals
 from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
-from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, up_direction
+from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, possible_axes, up_direction
 from topo_region_seg.steps.small_regions.settle import lists_of_small_regions
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import NO_SUPPORT, find_support
-from topo_region_seg.steps.thinning import thin_for, unthinned
+from topo_region_seg.steps.thinning.voxels import thin_for, unthinned
 from topo_region_seg.steps.view.lengths import AS_GIVEN, lengths_of, local_positions
 from topo_region_seg.steps.view.placed import placed_points
 from topo_region_seg.warming import OUTPUTS, compile_filtration, compile_messages, runs
@@ -106,7 +106,8 @@ class Pipeline:
         size: Sequence[int] = cloud.height, cloud.width
         if auto:
             with clock("local_units"):
-                placed, axes = placed_points(cloud, rows, xyz, params), None if known is None else known.axes
+                placed = placed_points(cloud, rows, xyz, possible_axes(cloud, params))
+                axes = None if known is None else known.axes
                 if placed is not None and len(placed.rows) == len(rows):
                     rows, pixel, xyz, *size, found = placed
                     axes = axes if found is None else found
@@ -143,8 +144,9 @@ class Pipeline:
             exact = growth.uses_color and growth.color[1] < AVERAGED
             thinned = at = inside = None
             fewer = None
+            lengths_there = () if units is None else (max(1.0, units.growth_of_spacing), units.clear)
             if takes_blocks(params, size[0], len(xyz)):
-                thinned, at, inside = image_blocks(xyz, rgb, pixel, size, params, units, mix_colors=not exact)
+                thinned, at, inside = image_blocks(xyz, rgb, pixel, size, params, *lengths_there, mix_colors=not exact)
             elif units is not None and not exact and len(xyz) <= params.max_points:
                 fewer = fewer_points(xyz, rgb, pixel, size, units, params)
             if fewer is not None:

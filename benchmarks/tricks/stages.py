@@ -32,7 +32,7 @@ from topo_region_seg.steps.regions import describe_regions, number_regions
 from topo_region_seg.steps.small_regions.settle import settle_small_regions
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
-from topo_region_seg.steps.thinning import thin
+from topo_region_seg.steps.thinning.voxels import thin
 
 SENSOR = np.zeros(3)
 PEERS = Params(max_radius=0.03, color_threshold=10.0, angle_threshold=5.0)

@@ -19,7 +19,7 @@ from topo_region_seg.compiled.predicate import edge_length
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
-from topo_region_seg.steps.view.pixel_blocks import STRAY
+from topo_region_seg.steps.thinning.pixel_blocks import STRAY
 
 PARAMS = trs.Params(output="supervoxels", remove_floor=False, min_region_size=20)
 HEIGHT, WIDTH, ANGLE = 60, 81, 0.002

@@ -17,7 +17,7 @@ from topo_region_seg.beyond.auto_scale.local_units import LocalUnits, local_unit
 from topo_region_seg.beyond.supervoxels.block_normals import block_normals
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import AUTO_REACH, REFERENCE_SPACING, growth_of_regions
-from topo_region_seg.steps.view.pixel_blocks import pixel_blocks
+from topo_region_seg.steps.thinning.pixel_blocks import pixel_blocks
 
 HEIGHT, WIDTH = 120, 160
 PARAMS = trs.Params(remove_floor=False)
@@ -89,7 +89,7 @@ def test_pixels_of_a_noisy_wall_are_in_their_own_block() -> None:
     assert sigma > 4.0 * seen.spacing
 
     def share_in_own(units: LocalUnits) -> float:
-        points, at, kept = pixel_blocks(xyz, cloud.rgb, rows, (HEIGHT, WIDTH), 2, units.block_angle(1.0 / 525.0, 2))
+        points, at, kept = pixel_blocks(xyz, cloud.rgb, rows, (HEIGHT, WIDTH), 2, 1.0 / 525.0, units.clear)
         own = at[rows // WIDTH // 2, rows % WIDTH // 2]
         return float(np.mean(points.voxel == (own if kept is None else own[kept])))
 

@@ -13,7 +13,7 @@ from topo_region_seg.params import Params
 from topo_region_seg.steps.crop import crop
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
-from topo_region_seg.steps.thinning import thin, thin_for, thin_to
+from topo_region_seg.steps.thinning.voxels import thin, thin_for, thin_to
 
 ORIGIN = np.zeros(3)
 

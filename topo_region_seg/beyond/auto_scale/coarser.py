@@ -19,8 +19,8 @@ from topo_region_seg.beyond.auto_scale.local_units import LocalUnits
 from topo_region_seg.data import BoolArray, FloatArray, IntArray
 from topo_region_seg.growth import REFERENCE_SPACING, Growth
 from topo_region_seg.params import Params
-from topo_region_seg.steps.thinning import Thinned, thin_to, voxels_of
-from topo_region_seg.steps.view.pixel_blocks import pixel_angle, pixel_blocks
+from topo_region_seg.steps.thinning.pixel_blocks import pixel_angle, pixel_blocks
+from topo_region_seg.steps.thinning.voxels import Thinned, thin_to, voxels_of
 
 WIDTH = 1.5
 """Voxels in the width of a block."""
@@ -87,7 +87,7 @@ def fewer_points(
     side = pixels_wide(units, len(xyz), params)
     if side == 1:
         return None
-    blocks = pixel_blocks(xyz, rgb, rows, size, side, units.block_angle(pixel_angle(xyz, rows), side))
+    blocks = pixel_blocks(xyz, rgb, rows, size, side, pixel_angle(xyz, rows), units.clear)
     return FewerPoints(blocks.points, blocks.kept, side)
 
 

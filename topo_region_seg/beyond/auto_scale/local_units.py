@@ -28,7 +28,6 @@ from topo_region_seg.steps.view.camera import (
     seen_from,
     strays_of,
 )
-from topo_region_seg.steps.view.pixel_blocks import STEP
 
 SAMPLE = 2_000
 """About how many points show where the camera looks and, where there is no image grid, the spacing and the noise."""
@@ -75,10 +74,6 @@ class LocalUnits:
         """Return the factor by which lengths grow at positions (N, 3), metres; (N,), at least 1."""
         return growths(xyz, self.axes[2], self.depth, self.everywhere)
 
-    def growth_at(self, depth: float) -> float:
-        """Return the factor by which lengths grow at a depth, metres; at least 1."""
-        return max(depth / self.depth, self.everywhere)
-
     @property
     def spacing(self) -> float:
         """How far points are apart at the middle depth, in the coordinates of :meth:`at`."""
@@ -89,13 +84,10 @@ class LocalUnits:
         """How many times as far as REFERENCE_SPACING points are apart at the middle depth."""
         return self.everywhere if math.isinf(self.depth) else self.middle / self.depth
 
-    def block_angle(self, angle: float, side: int) -> float:
-        """Return the angle between pixels, radians, that tells how far the points of a block may be apart in depth.
-
-        At least `angle`, that of the camera; more where noise takes the points of a surface farther apart than blocks
-        of `side` pixels are wide.
-        """
-        return max(angle, CLEAR * self.noise * self.middle / (STEP * side))
+    @property
+    def clear(self) -> float:
+        """How far noise takes points from their surface at the middle depth, as a share of that depth."""
+        return CLEAR * self.noise * self.middle
 
     def at(self, xyz: FloatArray) -> FloatArray:
         """Return positions (N, 3) in coordinates in which one length serves all; `xyz` itself if metres do."""

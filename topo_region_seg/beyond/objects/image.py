@@ -12,7 +12,7 @@ from topo_region_seg.compiled.selection import gather_columns
 from topo_region_seg.data import Cloud, FloatArray, IntArray
 from topo_region_seg.params import Params
 from topo_region_seg.steps.crop import crop
-from topo_region_seg.steps.sensor import Sensor, known_sensor
+from topo_region_seg.steps.sensor import Sensor, known_sensor, possible_axes
 from topo_region_seg.steps.support.search import SAMPLE
 from topo_region_seg.steps.view.camera import camera_axes
 from topo_region_seg.steps.view.grid import ImageGrid, image_grid
@@ -61,7 +61,7 @@ def image_of(
     sensor : Sensor or None
         Where it is known to be.
     """
-    placed = placed_points(cloud, rows, xyz, params)
+    placed = placed_points(cloud, rows, xyz, possible_axes(cloud, params))
     if placed is None:
         return None
     rows, pixel, xyz, height, width, axes = placed

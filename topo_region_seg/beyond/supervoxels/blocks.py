@@ -10,10 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from topo_region_seg.beyond.auto_scale.local_units import LocalUnits
 from topo_region_seg.data import FloatArray, IntArray
 from topo_region_seg.params import Params
-from topo_region_seg.steps.view.pixel_blocks import Blocks, pixel_angle, pixel_blocks
+from topo_region_seg.steps.thinning.pixel_blocks import Blocks, pixel_angle, pixel_blocks
 
 WIDTH = 1.75
 """Voxels in the width of a block."""
@@ -48,7 +47,8 @@ def image_blocks(
     rows: IntArray,
     size: Sequence[int],
     params: Params,
-    units: LocalUnits | None = None,
+    growth: float = 1.0,
+    noise: float = 0.0,
     *,
     mix_colors: bool = True,
 ) -> Blocks:
@@ -66,16 +66,17 @@ def image_blocks(
         Height and width of the image, pixels.
     params : Params
         Uses `voxel_size` and `seed_spacing`, which say how wide a block may be at the middle distance.
-    units : LocalUnits, optional
-        How these lengths grow with the distance; not at all if not given.
+    growth : float
+        Factor by which these lengths have grown there.
+    noise : float
+        How far noise takes points of a surface from it there, as a share of their depth.
     mix_colors : bool
         Whether blocks may be of several pixels.
     """
     angle = pixel_angle(xyz, rows)
     middle = float(np.median(np.linalg.norm(xyz[::16], axis=1))) if len(xyz) else 0.0
     across = max(angle * middle, 1e-9)
-    if units is not None:
-        across /= units.growth_at(middle)
+    across /= growth
     wide = block_width(params, len(xyz), across) / across
     side = int(min(max(wide + ROUNDING, 1.0), WIDEST)) if mix_colors else 1
-    return pixel_blocks(xyz, rgb, rows, size, side, angle if units is None else units.block_angle(angle, side))
+    return pixel_blocks(xyz, rgb, rows, size, side, angle, noise)

@@ -20,7 +20,7 @@ from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.sensor import known_sensor
 from topo_region_seg.steps.support.removal import above
 from topo_region_seg.steps.support.search import find_support
-from topo_region_seg.steps.thinning import thin
+from topo_region_seg.steps.thinning.voxels import thin
 
 NEIGHBORS = 4
 """Neighbors that each point is compared with: on a surface, those on its four sides."""

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from topo_region_seg.data import Cloud, FloatArray, IntArray
-from topo_region_seg.params import Params
-from topo_region_seg.steps.sensor import possible_axes
 from topo_region_seg.steps.view.listed import listed_image
 
 
@@ -37,7 +36,7 @@ class PlacedPoints(NamedTuple):
     axes: FloatArray | None = None
 
 
-def placed_points(cloud: Cloud, rows: IntArray, xyz: FloatArray, params: Params) -> PlacedPoints | None:
+def placed_points(cloud: Cloud, rows: IntArray, xyz: FloatArray, possible: Iterable[FloatArray]) -> PlacedPoints | None:
     """Return points at the pixels of the image that they are, or came from; None if there is none.
 
     Parameters
@@ -47,12 +46,13 @@ def placed_points(cloud: Cloud, rows: IntArray, xyz: FloatArray, params: Params)
     rows, xyz : (N,) int64, (N, 3) float64
         Its rows that are not cropped, and their positions, metres, the sensor at the origin. Of points in one pixel of
         a list the nearest is returned.
-    params : Params
-        Uses `sensor_pose`.
+    possible : iterable of (3, 3) float64
+        Axes that the camera of a list may have, to be tried in turn. Rows: the image's right and down, and the middle
+        of the view.
     """
     if cloud.organized:
         return PlacedPoints(rows, rows, xyz, cloud.height, cloud.width)
-    for axes in possible_axes(cloud, params):
+    for axes in possible:
         found = listed_image(xyz, axes)
         if found is not None:
             chosen = np.ascontiguousarray(xyz[found.point])

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from topo_region_seg.compiled.dialect import borrowed, index, inlined, kernel
 from topo_region_seg.compiled.threads import in_parts, side_by_side
 from topo_region_seg.data import BoolArray, FloatArray, IndexArray, IntArray
-from topo_region_seg.steps.thinning import Thinned
+from topo_region_seg.steps.thinning.voxels import Thinned
 
 STEP = 2.0
 """Widths of a block up to which its pixels are on one surface."""
@@ -53,6 +53,7 @@ def pixel_blocks(
     size: Sequence[int],
     side: int,
     angle: float,
+    noise: float = 0.0,
 ) -> Blocks:
     """Replace the points of every block of pixels by their mean.
 
@@ -69,8 +70,11 @@ def pixel_blocks(
     side : int
         Pixels along the side of a block.
     angle : float
-        Between neighboring pixels, radians. More lets the pixels of a block be farther apart in depth.
+        Between neighboring pixels, radians.
+    noise : float
+        How far noise takes points of a surface from it, as a share of their depth.
     """
+    angle = max(angle, noise / (STEP * side))
     height, width = -(-size[0] // side), -(-size[1] // side)
     pixel = np.full(size, NONE, np.int32)
     pixel.ravel()[rows] = np.arange(len(rows), dtype=np.int32)
