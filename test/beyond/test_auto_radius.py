@@ -154,7 +154,7 @@ def test_a_scene_that_moves_away_keeps_its_regions() -> None:
     views = [seen_from(1, distance, True) for distance in (1.0, 2.0)]
     auto, fixed = (
         [Pipeline(params).run(view.frame.cloud).labels for view in views]
-        for params in (Params.from_mapping({"max_radius": "auto"}), Params())
+        for params in (Params(), Params(max_radius=0.02))
     )
     near, far = views
     kept = agreement(near, auto[0], far, auto[1])

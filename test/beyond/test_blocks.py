@@ -157,7 +157,7 @@ def test_images_of_few_points(left: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "pixel", "pixels"), [(300_000, 0.0015, 2), (300_000, 0.003, 2), (300_000, 0.005, 1), (60_000, 0.003, 1)]
+    ("count", "pixel", "pixels"), [(300_000, 0.0015, 3), (300_000, 0.003, 2), (300_000, 0.005, 1), (40_000, 0.003, 1)]
 )
 def test_blocks_are_wider_where_many_would_be_left_but_narrow_beside_patches(
     count: int, pixel: float, pixels: int

@@ -232,9 +232,11 @@ def test_the_scale_is_left_to_the_barcode_while_it_runs(client: Client) -> None:
     cloud = decode(message, max_points=10**6)
     wanted = Pipeline(Params.from_mapping({"max_radius": "auto"})).run(cloud).labels
     np.testing.assert_array_equal(label_column(client.ask(message)), wanted)
-    assert not client.set_parameters({"radius": 0.01})[0].successful
     assert client.set_parameters({"max_radius": 0.02})[0].successful
-    np.testing.assert_array_equal(label_column(client.ask(message)), Pipeline(Params()).run(cloud).labels)
+    fixed = Pipeline(Params(max_radius=0.02)).run(cloud).labels
+    np.testing.assert_array_equal(label_column(client.ask(message)), fixed)
+    assert not np.array_equal(wanted, fixed)
+    assert client.set_parameters({"max_radius": "auto"})[0].successful
 
 
 def test_supervoxels_are_asked_for_while_it_runs(client: Client) -> None:

@@ -107,7 +107,7 @@ def test_a_cut_is_a_new_run(
 def test_a_cut_of_a_real_frame_is_a_new_run(name: str, small: str) -> None:
     if not RECORDINGS[name].exists():
         pytest.skip(f"{RECORDINGS[name]} is not there")
-    params = trs.Params(small_regions=small)
+    params = trs.Params(max_radius=0.02, small_regions=small)
     for cloud in frames(name):
         seg = trs.Pipeline(params).run(cloud)
         for radius in (0.003, 0.0071, 0.013, params.max_radius):
@@ -218,7 +218,7 @@ def test_a_cut_can_be_cut_again_and_sent() -> None:
 
 @pytest.mark.parametrize("radius", [0.0, -0.01, 0.0201, float("nan"), float("inf")])
 def test_scales_out_of_range_are_refused(radius: float) -> None:
-    seg = trs.Pipeline(trs.Params(remove_floor=False)).run(small_cloud(0, 50))
+    seg = trs.Pipeline(trs.Params(max_radius=0.02, remove_floor=False)).run(small_cloud(0, 50))
     with pytest.raises(
         ValueError, match=rf"radius is {radius}, must be above 0 and at most the filtration's last scale, 0.02"
     ):
@@ -229,7 +229,7 @@ def test_scales_out_of_range_are_refused(radius: float) -> None:
 
 
 def test_one_of_scale_and_number_is_needed() -> None:
-    seg = trs.Pipeline(trs.Params(remove_floor=False)).run(small_cloud(0, 50))
+    seg = trs.Pipeline(trs.Params(max_radius=0.02, remove_floor=False)).run(small_cloud(0, 50))
     for what in (seg, seg.components):
         with pytest.raises(ValueError, match="give either radius or regions"):
             what.cut()
@@ -239,4 +239,4 @@ def test_one_of_scale_and_number_is_needed() -> None:
 
 def test_a_scale_beyond_the_filtration_is_refused_with_both_values() -> None:
     with pytest.raises(trs.ParameterError, match=r"radius \(0.03\) is greater than max_radius \(0.02\)"):
-        trs.Params(radius=0.03)
+        trs.Params(max_radius=0.02, radius=0.03)

@@ -96,7 +96,7 @@ def test_the_page_shows_what_the_run_holds(sim):
         ({"output": "supervoxels", "seed_spacing": 0.05}, "supervoxels"),
         ({"output": "objects"}, "objects"),
         ({"track_regions": True}, "regions"),
-        ({"max_radius": "auto"}, "regions"),
+        ({"max_radius": 0.03}, "regions"),
     ],
 )
 def test_the_page_begins_with_what_the_labels_are_and_what_is_not_default(changed, kind):

@@ -16,7 +16,7 @@ from topo_region_seg.offline.cli import status
 from topo_region_seg.offline.cli.status import ToolError
 
 PROCESSES = (
-    ("pipeline.warm_up(['regions', 'auto'])",),
+    ("pipeline.warm_up(['regions'])",),
     ("oriented.warm_up_boxes()", "surfaces.warm_up_surfaces()", "pipeline.warm_up(['objects', 'supervoxels'])"),
 )
 """What compiles about half of the kernels each; those that both need are compiled by who comes first."""
