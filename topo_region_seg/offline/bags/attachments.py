@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 
 from topo_region_seg.offline.bags.records import BagError
+from topo_region_seg.offline.bags.recovery.bounded import BoundedFile
+from topo_region_seg.offline.bags.recovery.mcap_chunks import DAMAGE
 
 MAX_BYTES = 2**28
 """A larger attachment is refused; the record of a run takes about 400 bytes a frame."""
@@ -36,7 +36,7 @@ def read_attachment(path: str | Path, name: str) -> bytes | None:
 
 def _read(path: Path, name: str) -> bytes | None:
     try:
-        with path.open("rb") as stream:
+        with BoundedFile(path) as stream:
             # 1 MB beyond the data for the names and the rest of the record.
             reader = SeekingReader(stream, record_size_limit=MAX_BYTES + 2**20)
             summary = reader.get_summary()
@@ -47,5 +47,5 @@ def _read(path: Path, name: str) -> bytes | None:
             return bytes(last.data)
     except OSError as error:
         raise BagError(f"{path}: cannot be read ({error.strerror}); check the name and the permissions") from None
-    except (McapError, struct.error, UnicodeDecodeError, StopIteration, EOFError, ValueError):
+    except (*DAMAGE, StopIteration, EOFError, ValueError):
         return None
