@@ -20,6 +20,7 @@ from recording_maker import Ros1Kind, SqliteKind, write_ros1, write_sqlite
 
 from topo_region_seg.cloud.layout import CloudFormatError
 from topo_region_seg.offline.bags import BagError, open_bag
+from topo_region_seg.offline.bags.attachments import read_attachment
 from topo_region_seg.offline.bags.clouds import cloud_topic, decode_message
 from topo_region_seg.offline.bags.recovery.bounded import BoundedFile
 
@@ -159,6 +160,31 @@ def test_wherever_a_file_is_cut(name: str, tmp_path: Path, little_memory: None) 
         if found := wrong(path):
             bad[size] = found
     assert bad == {}
+
+
+def test_an_attachment_with_a_flipped_bit_is_not_used(tmp_path: Path, little_memory: None) -> None:
+    path = CASES["mcap lz4"].write(tmp_path)
+    data = path.read_bytes()
+    assert read_attachment(path, "notes.txt") == b"hello"
+    start = data.index(b"notes.txt") - 29
+    for place in range(start, data.index(b"hello") + 9):
+        for bit in range(8):
+            flipped = bytearray(data)
+            flipped[place] ^= 1 << bit
+            path.write_bytes(flipped)
+            if start < place < start + 9:  # the length of the record is told by the index, too
+                assert read_attachment(path, "notes.txt") == b"hello"
+                continue
+            with pytest.raises(BagError, match=r"^\S+: its attachment 'notes.txt' is damaged.*; make the file again$"):
+                read_attachment(path, "notes.txt")
+    for place in range(data.index(b"hello") + 9, len(data)):
+        flipped = bytearray(data)
+        flipped[place] ^= 1 << (place * 3) % 8
+        path.write_bytes(flipped)
+        try:
+            assert read_attachment(path, "notes.txt") in (b"hello", None)
+        except BagError as error:  # its index points elsewhere
+            assert str(error).endswith("make the file again")
 
 
 def test_a_read_ends_where_the_file_does(tmp_path: Path, little_memory: None) -> None:
