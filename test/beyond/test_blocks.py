@@ -19,7 +19,7 @@ from topo_region_seg.compiled.predicate import edge_length
 from topo_region_seg.data import Cloud
 from topo_region_seg.growth import growth_of_regions
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
-from topo_region_seg.steps.thinning.pixel_blocks import STRAY
+from topo_region_seg.steps.thinning.pixel_blocks import SHADE, STEP, STRAY, pixel_angle
 
 PARAMS = trs.Params(output="supervoxels", remove_floor=False, min_region_size=20)
 HEIGHT, WIDTH, ANGLE = 60, 81, 0.002
@@ -64,6 +64,61 @@ def test_every_pixel_is_in_its_block_or_in_one_beside_it_that_is_near_and_alike(
     red = cloud.rgb[rows][:, 0].astype(float)
     assert np.mean(np.abs(red - points.rgb[points.voxel][:, 0]) > 30) < 0.002, "blocks keep to borders of color"
     assert np.mean(np.abs(xyz[:, 2] - points.xyz[points.voxel][:, 2]) > 0.02) == 0.0, "and to those of depth"
+
+
+@pytest.mark.parametrize("side", [2, 3])
+def test_blocks_are_those_of_plain_python(side: int) -> None:
+    """Borders in all directions, of color and depth, noise of both, and pixels far before or behind those around."""
+    rng = np.random.default_rng(side)
+    cloud = image(noise=0.0012)
+    v, u = np.divmod(np.arange(HEIGHT * WIDTH), WIDTH)
+    tones = np.array([[200, 40, 40], [60, 160, 40], [70, 90, 190], [90, 120, 180]])[(u + 2 * v) // 11 % 4]
+    rgb = np.clip(tones + rng.normal(scale=9.0, size=tones.shape), 0, 255).astype(np.uint8)
+    astray = np.where(rng.random(len(v)) < 0.06, rng.uniform(0.95, 1.05, len(v)), 1.0)[:, None].astype(np.float32)
+    xyz, rows, (points, at, kept) = blocks_of(Cloud(cloud.xyz * astray, rgb, HEIGHT, WIDTH), side)
+    wanted = plain_blocks(xyz, rgb[rows].astype(float), rows, side, pixel_angle(xyz, rows))
+    found = np.full(len(rows), -1)
+    numbers = np.flatnonzero(at.ravel() >= 0)
+    found[np.ones(len(rows), np.bool_) if kept is None else kept] = numbers[points.voxel]
+    own = rows // WIDTH // side * at.shape[1] + rows % WIDTH // side
+    assert np.mean(wanted != own) > 0.1 and 0 < np.mean(wanted < 0) < 0.1, "the rule is put to the test"
+    np.testing.assert_array_equal(found, wanted)
+
+
+def plain_blocks(
+    xyz: npt.NDArray[np.float64],
+    rgb: npt.NDArray[np.float64],
+    rows: npt.NDArray[np.int64],
+    side: int,
+    angle: float,
+) -> npt.NDArray[np.int64]:
+    """Return the block of each point, -1 for none, by the rule: first the largest group of each, then the others."""
+    across = -(-WIDTH // side)
+    place = np.stack([rows // WIDTH // side, rows % WIDTH // side], axis=1)
+    step = STEP * side * angle * np.linalg.norm(xyz, axis=1)
+    block = np.full(len(rows), -1)
+    middle: dict[tuple[int, int], npt.NDArray[np.float64]] = {}
+    for row, column in np.unique(place, axis=0).tolist():
+        members = np.flatnonzero((place == (row, column)).all(axis=1))
+        groups = []
+        for one in members:
+            near = np.linalg.norm(xyz[members] - xyz[one], axis=1) <= step[one]
+            groups.append(members[near & (np.linalg.norm(rgb[members] - rgb[one], axis=1) <= SHADE)])
+        largest = max(groups, key=len)  # the first of several
+        block[largest] = row * across + column
+        middle[row, column] = np.append(xyz[largest].mean(axis=0), rgb[largest].mean(axis=0))
+    chosen = block.copy()
+    for i in np.flatnonzero(block < 0):
+        costs = {}
+        for row in range(place[i, 0] - 1, place[i, 0] + 2):
+            for column in range(place[i, 1] - 1, place[i, 1] + 2):
+                if (row, column) in middle:
+                    away = np.linalg.norm(xyz[i] - middle[row, column][:3]) / step[i]
+                    shade = np.linalg.norm(rgb[i] - middle[row, column][3:]) / SHADE
+                    if away <= STRAY / STEP:
+                        costs[row * across + column] = away**2 + shade**2
+        chosen[i] = min(costs, key=costs.__getitem__) if costs else -1
+    return chosen
 
 
 def test_normals_are_those_of_the_blocks_in_reach() -> None:

@@ -137,6 +137,8 @@ def test_markers_delete_those_before_and_label_each_region(segmented):
     seg, boxes = segmented.seg, oriented_boxes(segmented.seg)
     made = markers.region_markers(TYPES, segmented).markers
     assert made[0].action == TYPES.Marker.DELETEALL
+    assert made[0].color == TYPES.ColorRGBA(r=0.0, g=0.0, b=0.0, a=0.0), "what is not meant is as in a new message"
+    assert (made[0].ns, made[0].id, made[0].text, made[0].lifetime.sec) == ("", 0, "", 0)
     assert len(made) == 2 + 2 * len(seg.regions)
     assert (made[-1].ns, made[-1].text) == ("count", f"{len(seg.regions)} regions")
     assert len({(marker.ns, marker.id) for marker in made}) == len(made)

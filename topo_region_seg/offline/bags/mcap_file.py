@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter, OrderedDict
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO
 
 from mcap.records import Channel
 
 from topo_region_seg.offline.bags.mcap_index import read_index
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics, ros2_name
+from topo_region_seg.offline.bags.recovery.bounded import BoundedFile
 from topo_region_seg.offline.bags.recovery.mcap_chunks import (
     LOOSE,
     MAGIC,
@@ -48,7 +47,7 @@ class McapFile(BagReader):
         self.problems = []
         self._chunks: OrderedDict[int, bytes] = OrderedDict()
         try:
-            self._file: BinaryIO = path.open("rb")
+            self._file = BoundedFile(path)
         except OSError as error:
             raise BagError(
                 f"{self.path}: cannot be opened ({error.strerror}); check the name and the permissions"
@@ -60,7 +59,7 @@ class McapFile(BagReader):
             raise
 
     def _open(self) -> None:
-        size = os.fstat(self._file.fileno()).st_size
+        size = self._file.length
         if size == 0:
             raise BagError(f"{self.path}: the file is empty; nothing was recorded")
         if self._file.read(len(MAGIC)) != MAGIC:
@@ -80,6 +79,10 @@ class McapFile(BagReader):
             self._times = (min(times), max(times)) if times else None
             for position, error in scan.damage:
                 self._report(position, error, 0)
+            if scan.changed:
+                self.problems.append(
+                    f"{self.path}: is damaged where no other checksum tells (that of all data is wrong)"
+                )
         self._schemas, self._channels = definitions.schemas, definitions.channels
         if lost := sum(count for number, count in counts.items() if number not in self._channels):
             self.problems.append(f"{self.path}: {lost} messages of topics that no whole part of the file describes")
@@ -111,6 +114,7 @@ class McapFile(BagReader):
                 bad.add(entry.position)
                 self._report(entry.position, error, in_chunk[entry.position])
                 continue
+            in_chunk[entry.position] -= 1
             channel = self._channels[entry.channel]
             yield Record(channel.topic, self._type(channel), entry.log_time, data, channel.message_encoding)
 

@@ -11,13 +11,13 @@ from collections.abc import Collection, Iterator
 from contextlib import suppress
 from typing import BinaryIO
 
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
 from mcap.records import ChunkIndex, Statistics
 from mcap.summary import Summary
 
 from topo_region_seg.offline.bags.recovery.mcap_chunks import (
+    DAMAGE,
     MAGIC,
     RECORD_HEAD,
     ChunkError,
@@ -64,8 +64,6 @@ class McapIndex:
     def entries(self, channels: Collection[int]) -> Iterator[Entry]:
         """Yield the messages of some channels, chunk by chunk."""
         for chunk in self._chunks:
-            if chunk.message_index_offsets and chunk.message_index_offsets.keys().isdisjoint(channels):
-                continue
             for number, pairs in self._indexed(chunk):
                 if number in channels:
                     for log_time, offset in struct.iter_unpack("<QQ", pairs):
@@ -132,5 +130,5 @@ def _summary(file: BinaryIO, size: int) -> Summary | None:
     file.seek(0)
     try:
         return SeekingReader(file, record_size_limit=MAX_SUMMARY_BYTES).get_summary()
-    except (McapError, struct.error, UnicodeDecodeError):
+    except DAMAGE:
         return None

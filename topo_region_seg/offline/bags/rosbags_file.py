@@ -15,9 +15,9 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics
-from topo_region_seg.offline.bags.recovery.ros1_scan import Ros1Scan
+from topo_region_seg.offline.bags.recovery.ros1_scan import Ros1Scan, count_records
 from topo_region_seg.offline.bags.recovery.sqlite_pages import is_cut
-from topo_region_seg.offline.bags.recovery.sqlite_scan import SqliteScan
+from topo_region_seg.offline.bags.recovery.sqlite_scan import SqliteScan, index_agrees
 
 
 class RosbagsFile(BagReader):
@@ -54,17 +54,17 @@ class RosbagsFile(BagReader):
         except Exception as error:  # rosbags lets those of its storage libraries through
             raise BagError(f"{self.path}: {_one_line(error)}; {advice}") from error
         self._ros1 = isinstance(self._reader, Ros1Reader)
+        connections = self._reader.connections
+        if not all(isinstance(text, str) for c in connections for text in (c.topic, c.msgtype)) or (
+            self._ros1 and not _whole_index(self._reader, path)
+        ):
+            self.close()
+            raise BagError(f"{self.path}: its index is damaged; {advice}")
         self.topics = merge_topics(
-            [
-                Topic(
-                    c.topic,
-                    c.msgtype,
-                    c.msgcount,
-                    c.msgdef.data if c.msgdef.format is MessageDefinitionFormat.MSG and not self._ros1 else "",
-                )
-                for c in self._reader.connections
-            ]
+            [Topic(c.topic, c.msgtype, c.msgcount, "" if self._ros1 else _definition(c)) for c in connections]
         )
+        if lost := self._reader.message_count - sum(c.msgcount for c in connections):
+            self.problems.append(f"{self.path}: {lost} messages of topics that no whole part of the file describes")
 
     def messages(self, topics: Collection[str]) -> Iterator[Record]:
         """Iterate over the messages of some topics in the order of log times."""
@@ -73,10 +73,15 @@ class RosbagsFile(BagReader):
             return
         messages = self._reader.messages(connections)
         last, latest = -1, Counter[str]()
+        left = sum(c.msgcount for c in connections)
         while True:
             try:
                 connection, log_time, data = next(messages)
+                if not isinstance(log_time, int) or not isinstance(data, bytes):
+                    raise TypeError("a message is of no possible type")
             except StopIteration:
+                if left > 0:
+                    self.problems.append(f"{self.path}: its index is damaged; {left} messages lost")
                 return
             except Exception as error:  # any byte may be wrong, so anything may be raised
                 yield from self._rest(topics, last, latest, error)
@@ -84,7 +89,8 @@ class RosbagsFile(BagReader):
             if log_time != last:
                 last, latest = log_time, Counter()
             latest[connection.topic] += 1
-            yield Record(connection.topic, connection.msgtype, log_time, bytes(data), "ros1" if self._ros1 else "cdr")
+            left -= 1
+            yield Record(connection.topic, connection.msgtype, log_time, data, "ros1" if self._ros1 else "cdr")
 
     def _rest(self, topics: Collection[str], last: int, latest: Counter[str], error: Exception) -> Iterator[Record]:
         """Yield what recovery finds beyond the messages of log time `last`, of which `latest` were read by topic."""
@@ -127,13 +133,13 @@ def open_ros1(path: Path) -> BagReader:
 def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
     """Open a .db3 file; one that is cut short or damaged is read page by page."""
     try:
-        cut = is_cut(path)
+        usable = not is_cut(path) and index_agrees(path)
     except OSError as error:
         raise BagError(
             f"{name or path}: cannot be opened ({error.strerror}); check the name and the permissions"
         ) from None
     reader: BagReader | None = None
-    if not cut:
+    if usable:
         with suppress(BagError):
             advice = "'ros2 bag reindex' on the folder may repair it"
             reader = RosbagsFile(path, Ros2Reader, advice, lambda: SqliteScan(path, name), name)
@@ -145,6 +151,20 @@ def open_sqlite(path: Path, name: Path | None = None) -> BagReader:
             f"both: sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)'"
         )
     return reader
+
+
+def _whole_index(reader: Ros1Reader, path: Path) -> bool:
+    """Whether the index of a ROS 1 bag leads to every chunk of the file, and to every message that it counts."""
+    counted, found = Counter[int](), Counter({c.id: c.msgcount for c in reader.connections})
+    for chunk in reader.chunk_infos:
+        counted.update(chunk.connection_counts)
+    records = len(reader.chunk_infos), sum(len(chunk.connection_counts) for chunk in reader.chunk_infos)
+    return counted == found and count_records(path) in (None, records)
+
+
+def _definition(connection: Any) -> str:
+    text = connection.msgdef.data
+    return text if connection.msgdef.format is MessageDefinitionFormat.MSG and isinstance(text, str) else ""
 
 
 def _one_line(error: Exception) -> str:

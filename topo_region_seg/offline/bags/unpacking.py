@@ -8,7 +8,7 @@ from pathlib import Path
 
 import zstandard
 
-from topo_region_seg.offline.bags.recovery.mcap_chunks import MAX_CHUNK_BYTES
+from topo_region_seg.offline.bags.recovery.mcap_chunks import MAX_CHUNK_BYTES, unzstd
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _PIECE = 2**20
@@ -43,12 +43,11 @@ def unpack_message(data: bytes) -> bytes:
     ValueError
         It is damaged, or larger than any message may be.
     """
-    with zstandard.ZstdDecompressor().stream_reader(data) as stream:
-        try:
-            message = stream.read(MAX_CHUNK_BYTES + 1)
-            size = zstandard.frame_content_size(data)
-        except zstandard.ZstdError as error:
-            raise ValueError(f"does not decompress ({error})") from None
+    try:
+        message = unzstd(data, MAX_CHUNK_BYTES + 1)
+        size = zstandard.frame_content_size(data)
+    except zstandard.ZstdError as error:
+        raise ValueError(f"does not decompress ({error})") from None
     if len(message) > MAX_CHUNK_BYTES:
         raise ValueError(f"is larger than the limit of {MAX_CHUNK_BYTES} bytes")
     if size >= 0 and len(message) != size:

@@ -21,8 +21,14 @@ MAGIC = b"\x89MCAP0\r\n"
 MAX_CHUNK_BYTES = 2 * 2**30
 """A chunk that claims more than this uncompressed is refused; recorders write about 1 MB, or one large message."""
 
+_PIECE = 2**17
+
 RECORD_HEAD = struct.Struct("<BQ")
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")
+
+
+DAMAGE = (McapError, struct.error, UnicodeDecodeError, OverflowError)
+"""What the library raises for records that are damaged."""
 
 
 class ChunkError(Exception):
@@ -60,7 +66,7 @@ class Definitions:
             else:
                 channel = Channel.read(stream)
                 self.channels.setdefault(channel.id, channel)
-        except (McapError, struct.error, UnicodeDecodeError) as error:
+        except DAMAGE as error:
             raise ChunkError(f"damaged schema or channel ({error})") from None
 
     def describe(self, channels: set[int]) -> bool:
@@ -87,7 +93,7 @@ def read_chunk(file: BinaryIO, position: int, *, may_be_cut: bool = False) -> tu
     content = file.read(length)
     try:
         chunk = Chunk.read(ReadDataStream(BytesIO(content)))
-    except (McapError, struct.error, UnicodeDecodeError) as error:
+    except DAMAGE as error:
         raise ChunkError(f"damaged chunk head ({str(error) or 'it ends early'})") from None
     return _decompress(chunk, partial=may_be_cut and len(content) < length), chunk.compression
 
@@ -102,13 +108,13 @@ def _decompress(chunk: Chunk, *, partial: bool) -> bytes:
     limit = size + 1
     try:
         if chunk.compression == "zstd":
-            data = _unzstd(chunk.data, limit, partial)
+            data = unzstd(chunk.data, limit, partial=partial)
         elif chunk.compression == "lz4":
             data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=limit)
         else:
             data = chunk.data[:limit]
     except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError) as error:
-        raise ChunkError(f"does not decompress ({error})") from None
+        raise ChunkError(f"does not decompress ({str(error) or 'memory is short'})") from None
     if partial:
         return data
     if len(data) != size:
@@ -118,18 +124,24 @@ def _decompress(chunk: Chunk, *, partial: bool) -> bytes:
     return data
 
 
-def _unzstd(packed: bytes, limit: int, partial: bool) -> bytes:
+def unzstd(packed: bytes, limit: int, *, partial: bool = False) -> bytes:
+    """Decompress at most `limit` bytes, in memory that grows with what is there; with `partial`, as far as it goes.
+
+    Raises
+    ------
+    zstandard.ZstdError
+        It is damaged.
+    """
+    pieces: list[bytes] = []
     with zstandard.ZstdDecompressor().stream_reader(packed) as stream:
-        if not partial:
-            return stream.read(limit)
-        pieces: list[bytes] = []
         try:
-            while limit > 0 and (piece := stream.read(min(limit, 2**17))):
+            while limit > 0 and (piece := stream.read(min(limit, _PIECE))):
                 pieces.append(piece)
                 limit -= len(piece)
         except zstandard.ZstdError:
-            pass  # the end of what was written before the recorder died
-        return b"".join(pieces)
+            if not partial:
+                raise
+    return b"".join(pieces)
 
 
 def records(data: bytes) -> Iterator[tuple[int, int, int]]:
@@ -159,10 +171,10 @@ def entries_in(data: bytes, position: int, definitions: Definitions) -> list[Ent
 def message_in(data: bytes, entry: Entry) -> bytes:
     """Return the data of a message of a decompressed chunk; :class:`ChunkError` if it is not there."""
     try:
-        opcode, length, found, *_ = MESSAGE_HEAD.unpack_from(data, entry.offset)
-    except struct.error:
+        opcode, length, found, _, log_time, _ = MESSAGE_HEAD.unpack_from(data, entry.offset)
+    except (struct.error, OverflowError):
         raise ChunkError("its index points behind its end") from None
     end = entry.offset + RECORD_HEAD.size + length
-    if opcode != Opcode.MESSAGE or found != entry.channel or end > len(data):
+    if opcode != Opcode.MESSAGE or (found, log_time) != (entry.channel, entry.log_time) or end > len(data):
         raise ChunkError("its index does not fit its messages")
     return data[entry.offset + MESSAGE_HEAD.size : end]

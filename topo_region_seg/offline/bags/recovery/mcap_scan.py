@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
@@ -20,6 +21,7 @@ from topo_region_seg.offline.bags.recovery.mcap_chunks import (
     read_chunk,
 )
 
+_PIECE = 2**20
 _MESSAGE = struct.Struct("<HIQQ")
 
 
@@ -45,6 +47,8 @@ class McapScan:
         Damaged chunks, by their place in the file.
     truncated : bool
         Whether the file ends before its end is written.
+    changed : bool
+        Whether the checksum of all data is wrong where nothing else is.
     """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
@@ -52,6 +56,7 @@ class McapScan:
         self.entries: list[Entry] = []
         self.compressions: set[str] = set()
         self.damage: list[tuple[int, ChunkError]] = []
+        self.changed = False
         self._file = file
         self.truncated = not self._walk(size)
 
@@ -63,6 +68,7 @@ class McapScan:
             opcode, length = RECORD_HEAD.unpack(self._file.read(RECORD_HEAD.size))
             end = position + RECORD_HEAD.size + length
             if opcode == Opcode.DATA_END:  # what follows is the summary, which is damaged or of no use
+                self.changed = not self.damage and self._wrong_checksum(position)
                 self._file.seek(size - len(MAGIC))
                 return self._file.read() == MAGIC
             if opcode == 0 or (end > size and opcode != Opcode.CHUNK):
@@ -75,6 +81,16 @@ class McapScan:
                 self.damage.append((position, error))
             position = end
         return False
+
+    def _wrong_checksum(self, data_end: int) -> bool:
+        """Whether the data before the record that ends it is not what its checksum says; 0 stands for none."""
+        expected = self._file.read(4)
+        checksum = 0
+        self._file.seek(0)
+        while data_end > 0 and (piece := self._file.read(min(data_end, _PIECE))):
+            checksum = zlib.crc32(piece, checksum)
+            data_end -= len(piece)
+        return expected not in (bytes(4), struct.pack("<I", checksum))
 
     def _visit(self, position: int, opcode: int, length: int, cut: bool) -> None:
         if opcode == Opcode.CHUNK:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import bz2
-import os
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator
@@ -15,10 +14,11 @@ from typing import NamedTuple
 import lz4.frame
 
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Storage, Topic, merge_topics, ros2_name
+from topo_region_seg.offline.bags.recovery.bounded import BoundedFile
 from topo_region_seg.offline.bags.recovery.mcap_chunks import MAX_CHUNK_BYTES
 
 MAGIC = b"#ROSBAG V2.0\n"
-MESSAGE, BAG_HEADER, CHUNK, CONNECTION = 2, 3, 5, 7
+MESSAGE, BAG_HEADER, INDEX, CHUNK, CONNECTION = 2, 3, 4, 5, 7
 MAX_HEADER = 2**20
 NANOSECONDS = 1_000_000_000
 
@@ -67,9 +67,8 @@ class Ros1Scan(BagReader):
         self._connections: dict[int, _Connection] = {}
         self._entries: list[_Entry] = []
         self._cached: tuple[int, bytes] = (-1, b"")
-        self._file = path.open("rb")
+        self._file = BoundedFile(path)
         try:
-            self._size = os.fstat(self._file.fileno()).st_size
             self.truncated = not self._scan()
             known = [entry for entry in self._entries if entry.connection in self._connections]
             if lost := len(self._entries) - len(known):
@@ -107,7 +106,7 @@ class Ros1Scan(BagReader):
     def _scan(self) -> bool:
         """Visit record by record; return whether the file is whole: closed by its recorder, its last record there."""
         position, closed = len(MAGIC), False
-        while (record := self._record(position)) is not None:
+        while (record := _record(self._file, position)) is not None:
             if _op(record.fields) == BAG_HEADER:
                 closed = any(record.fields.get("index_pos", b""))
             elif _op(record.fields) == CONNECTION:
@@ -115,42 +114,30 @@ class Ros1Scan(BagReader):
                 self._learn(record.fields, self._file.read(record.end - record.start))
             elif _op(record.fields) == CHUNK:
                 try:
-                    self._entries += self._inside(self._chunk(position), position, cut=record.end > self._size)
+                    self._entries += self._inside(self._chunk(position), position, cut=record.end > self._file.length)
                 except _DamageError as error:
                     self.problems.append(f"{self.path}: chunk at byte {position}: {error}")
             position = record.end
-        return closed and position == self._size
-
-    def _record(self, position: int) -> _Record | None:
-        """Read the head of the record at a place of the file; None where the file ends before its data."""
-        self._file.seek(position)
-        counted = self._file.read(4)
-        if len(counted) < 4:
-            return None
-        length = min(struct.unpack("<I", counted)[0], MAX_HEADER + 1)
-        head = _fields(counted + self._file.read(length), 0)
-        counted = self._file.read(4)
-        if head is None or len(counted) < 4:
-            return None
-        start = position + head[1] + 4
-        return _Record(head[0], start, start + struct.unpack("<I", counted)[0])
+        return closed and position == self._file.length
 
     def _chunk(self, position: int) -> bytes:
         """Return the records of a chunk, decompressed as far as they go where the file ends in it."""
         if self._cached[0] == position:
             return self._cached[1]
-        record = self._record(position)
+        record = _record(self._file, position)
         if record is None:
             raise _DamageError("there is no chunk")
         self._file.seek(record.start)
         packed = self._file.read(record.end - record.start)
+        field = record.fields.get("size", b"")
+        claimed = struct.unpack("<I", field)[0] if len(field) == 4 else MAX_CHUNK_BYTES
         try:
-            data = _decompress(record.fields.get("compression", b"none"), packed)
-        except (OSError, EOFError, RuntimeError, ValueError) as error:
-            raise _DamageError(f"does not decompress ({' '.join(str(error).split())})") from None
-        claimed = record.fields.get("size", b"")
-        if record.end <= self._size and len(claimed) == 4 and len(data) != struct.unpack("<I", claimed)[0]:
-            raise _DamageError(f"decompresses to {len(data)} bytes, which is not what it claims")
+            # Never more than is claimed, whatever the compressed data says of itself.
+            data = _decompress(record.fields.get("compression", b"none"), packed, min(claimed + 1, MAX_CHUNK_BYTES))
+        except (OSError, EOFError, RuntimeError, ValueError, MemoryError) as error:
+            raise _DamageError(f"does not decompress ({' '.join(str(error).split()) or 'memory is short'})") from None
+        if record.end <= self._file.length and len(field) == 4 and len(data) != claimed:
+            raise _DamageError(f"claims {claimed} bytes uncompressed, which is not what it holds")
         self._cached = position, data
         return data
 
@@ -182,6 +169,34 @@ class Ros1Scan(BagReader):
         self._connections.setdefault(
             _connection(fields), _Connection(topic, ros2_name(kind.decode("utf-8", "replace")))
         )
+
+
+def count_records(path: Path) -> tuple[int, int] | None:
+    """Return how many chunks a bag has and how many indexes after them; None where its records do not lead to its end.
+
+    Only the heads of records are read.
+    """
+    position, found = len(MAGIC), Counter[int]()
+    with BoundedFile(path) as file:
+        while (record := _record(file, position)) is not None:
+            found[_op(record.fields)] += 1
+            position = record.end
+        return (found[CHUNK], found[INDEX]) if position == file.length else None
+
+
+def _record(file: BoundedFile, position: int) -> _Record | None:
+    """Read the head of the record at a place of the file; None where the file ends before its data."""
+    file.seek(position)
+    counted = file.read(4)
+    if len(counted) < 4:
+        return None
+    length = min(struct.unpack("<I", counted)[0], MAX_HEADER + 1)
+    head = _fields(counted + file.read(length), 0)
+    counted = file.read(4)
+    if head is None or len(counted) < 4:
+        return None
+    start = position + head[1] + 4
+    return _Record(head[0], start, start + struct.unpack("<I", counted)[0])
 
 
 def _fields(data: bytes, offset: int) -> tuple[dict[str, bytes], int] | None:
@@ -221,11 +236,11 @@ def _op(fields: dict[str, bytes]) -> int:
     return fields.get("op", b"\0")[0] if fields.get("op") else 0
 
 
-def _decompress(compression: bytes, packed: bytes) -> bytes:
+def _decompress(compression: bytes, packed: bytes, limit: int) -> bytes:
     if compression == b"none":
         return packed
     if compression == b"bz2":
-        return bz2.BZ2Decompressor().decompress(packed, MAX_CHUNK_BYTES)
+        return bz2.BZ2Decompressor().decompress(packed, limit)
     if compression == b"lz4":
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=MAX_CHUNK_BYTES))
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=limit))
     raise ValueError(f"unknown compression {compression!r}")

@@ -15,6 +15,7 @@ from topo_region_seg.offline.bags.recovery.sqlite_pages import Pages, Row, is_cu
 
 TOPICS = "SELECT id, name, type FROM topics"
 DEFINITIONS = "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'"
+SUMS = "SELECT count(*), sum(id), sum(timestamp & 4294967295), sum(timestamp >> 32) FROM messages {}"
 MESSAGE_COLUMNS = 4
 """id, topic_id, timestamp, data"""
 
@@ -83,9 +84,34 @@ class SqliteScan(BagReader):
         self._data.close()
 
 
+def index_agrees(path: Path) -> bool:
+    """Whether the index by time, where there is one, has the times of all messages; both are read, no message is.
+
+    SQLite answers from the index alone where it can, so that a damaged one loses messages or changes their times.
+    """
+    database = _opened(path)
+    try:
+        (table,) = database.execute(SUMS.format("NOT INDEXED"))
+        for _, name, _, _, partial in database.execute("PRAGMA index_list(messages)").fetchall():
+            columns = [column for *_, column in database.execute(f'PRAGMA index_info("{name}")')]
+            if columns == ["timestamp"] and not partial:
+                (index,) = database.execute(SUMS.format(f'INDEXED BY "{name}"'))
+                if index != table:
+                    return False
+        return True
+    except (sqlite3.Error, ValueError):  # the latter where an error names what is no text
+        return False
+    finally:
+        database.close()
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+
+
 def _topics(path: Path) -> tuple[dict[int, tuple[str, str]], dict[str, str]]:
     """Return name and type by number of topic, and message definitions by type; they stand at the file's beginning."""
-    database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+    database = _opened(path)
     try:
         # Otherwise SQLite refuses a file that is shorter than its header says.
         database.execute("PRAGMA writable_schema = ON")
@@ -93,7 +119,7 @@ def _topics(path: Path) -> tuple[dict[int, tuple[str, str]], dict[str, str]]:
         topics = {number: (str(topic), str(kind)) for number, topic, kind in database.execute(TOPICS)}
         try:
             definitions = {str(kind): str(text) for kind, text in database.execute(DEFINITIONS)}
-        except sqlite3.Error:
+        except (sqlite3.Error, ValueError):
             definitions = {}  # recorders before Jazzy's write none
         return topics, definitions
     finally:
