@@ -150,11 +150,11 @@ def test_borders_that_are_not_judged_again_chain_what_one_convex_border_joins() 
 
 
 def test_a_frame_runs_without_each_part(monkeypatch, tmp_path, capfd) -> None:
-    few = {name: PARTS[name] for name in ("without vessels", "what is left is no segment", "confidence: every segment")}
+    few = {name: PARTS[name] for name in ("without vessels", "nothing united")}
     monkeypatch.setattr(benchmark, "PARTS", few)
     options = ["--only", "simulated", "--every", "40", "--ablate", "--json", str(tmp_path / "found.json")]
     assert benchmark.main(options) == 0
     assert "  without vessels" in capfd.readouterr().out
     ((_, programs),) = json.loads((tmp_path / "found.json").read_text())["data"]["simulated"].items()
     assert list(programs) == [OURS, *few]
-    assert programs["confidence: every segment"]["reported"] > programs[OURS]["reported"]
+    assert programs["nothing united"]["reported"] > programs[OURS]["reported"]
