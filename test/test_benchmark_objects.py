@@ -158,3 +158,10 @@ def test_a_frame_runs_without_each_part(monkeypatch, tmp_path, capfd) -> None:
     ((_, programs),) = json.loads((tmp_path / "found.json").read_text())["data"]["simulated"].items()
     assert list(programs) == [OURS, *few]
     assert programs["nothing united"]["reported"] > programs[OURS]["reported"]
+
+
+def test_the_document_says_of_every_low_frame_why() -> None:
+    document = (ROOT / "docs" / "objects.md").read_text(encoding="utf-8")
+    low, _, why = document.partition("Frames below a weighted overlap")[2].partition("Why these are low")
+    names = [[row.split(" | ")[0] for row in text.split("\n\n")[1].splitlines()[2:]] for text in (low, why)]
+    assert names[0] and sorted(names[0]) == sorted(names[1])
