@@ -146,7 +146,7 @@ def _points_line(summary: PointSummary) -> str:
 def _sensor_line(sensor: SensorFigures | None) -> str:
     if sensor is None:
         return "no image of a camera: 'output: objects' knows no noise, surfaces and confidence of such clouds"
-    return f"camera: {sensor.pixels_text}; noise {sensor.noise_text}; steps of depth {sensor.steps_text}"
+    return f"camera: {sensor.pixels_text}; noise {sensor.noise_text}\n  steps of depth {sensor.steps_text}"
 
 
 def _band_table(summary: PointSummary) -> Table:

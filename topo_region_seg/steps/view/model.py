@@ -76,7 +76,10 @@ class SensorModel:
         return depth_steps(self.image)
 
     def step_at(self, depth: FloatArray | Single) -> FloatArray:
-        """Return the step of depths, metres, of the same shape as `depth`, metres; NaN where it cannot be told."""
+        """Return the step of depths, metres, of the same shape as `depth`, metres; NaN where it cannot be told.
+
+        Nearer and farther than it is told anywhere, it is taken to be that of the last depth where it is.
+        """
         at, step = self.steps
         known = np.isfinite(at)
         if not known.any():
