@@ -48,7 +48,7 @@ FLOORS: tuple[set[str], ...] = (
     {"api"},
     {""},  # the package's own __init__
     {"ros"},
-    {"offline.bags", "offline.frames", "offline.stamps"},
+    {"offline.bags", "offline.frames", "offline.sensor_figures", "offline.stamps"},
     {"offline.simulation", "offline.evaluation", "offline.figures", "offline.parameter_docs"},
     {"offline.runs", "offline.inspection"},
     {"offline.report"},

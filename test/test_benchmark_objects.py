@@ -18,12 +18,16 @@ from benchmarks import pcl_peers
 from benchmarks.beyond.__main__ import with_measured
 from benchmarks.objects import __main__ as benchmark
 from benchmarks.objects import datasets
+from benchmarks.objects.ablations import PARTS, switched_off, united_at_once
 from benchmarks.objects.changes import changes
 from benchmarks.objects.datasets import Sample, data_sets
 from benchmarks.objects.frame import measured
 from benchmarks.objects.programs import OURS, PEERS
 from benchmarks.objects.tables import groups, markdown, mean, usual_ms
+from topo_region_seg.beyond.objects.convexity import Borders
+from topo_region_seg.beyond.objects.uniting import unite_convex
 from topo_region_seg.data import Cloud
+from topo_region_seg.params import Params
 
 TRUTH = np.array([1, 1, 20, 20, 21, 21, 30, 30], np.uint32)
 FOUND = np.array([9, 9, 1, 1, 1, 1, 2, 2], np.uint32)
@@ -122,3 +126,42 @@ def test_a_frame_runs_and_is_told_without_pcl(monkeypatch, tmp_path, capfd) -> N
     assert kept["set"] == ["object_radius=0.011"] and kept["machine"]["cores"] >= 1
     ((name, programs),) = kept["data"]["simulated"].items()
     assert name.startswith("tabletop") and list(programs) == [OURS] and 0.0 < programs[OURS]["wov"] <= 1.0
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_part_is_switched_off_and_on_again(name) -> None:
+    part = PARTS[name]
+    params = Params(output="objects")
+    assert all(params.replace(**part.params).differs(changed) for changed in part.params)
+    before = [getattr(module, attribute) for module, attribute, _ in part.code]
+    assert part.params or part.code
+    with switched_off(part):
+        for (module, attribute, value), was in zip(part.code, before, strict=True):
+            assert getattr(module, attribute) is value and value != was
+    assert [getattr(module, attribute) for module, attribute, _ in part.code] == before
+
+
+def test_borders_that_are_not_judged_again_chain_what_one_convex_border_joins() -> None:
+    first, second = np.array([1, 1, 2, 3]), np.array([2, 3, 3, 4])
+    pairs = np.full(4, 100.0)
+    borders = Borders(first, second, pairs, pairs * [0.95, 0.05, 0.65, 0.1], np.zeros(4))
+    assert united_at_once(borders, 5, 0.6).tolist() == [0, 1, 1, 1, 4]
+    assert unite_convex(borders, 5, 0.6).tolist() == [0, 1, 1, 3, 4]
+
+
+def test_a_frame_runs_without_each_part(monkeypatch, tmp_path, capfd) -> None:
+    few = {name: PARTS[name] for name in ("without vessels", "nothing united")}
+    monkeypatch.setattr(benchmark, "PARTS", few)
+    options = ["--only", "simulated", "--every", "40", "--ablate", "--json", str(tmp_path / "found.json")]
+    assert benchmark.main(options) == 0
+    assert "  without vessels" in capfd.readouterr().out
+    ((_, programs),) = json.loads((tmp_path / "found.json").read_text())["data"]["simulated"].items()
+    assert list(programs) == [OURS, *few]
+    assert programs["nothing united"]["reported"] > programs[OURS]["reported"]
+
+
+def test_the_document_says_of_every_low_frame_why() -> None:
+    document = (ROOT / "docs" / "objects.md").read_text(encoding="utf-8")
+    low, _, why = document.partition("Frames below a weighted overlap")[2].partition("Why these are low")
+    names = [[row.split(" | ")[0] for row in text.split("\n\n")[1].splitlines()[2:]] for text in (low, why)]
+    assert names[0] and sorted(names[0]) == sorted(names[1])

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -78,6 +79,25 @@ class Plane:
 
     normal: tuple[float, float, float]
     offset: float
+
+
+class PointClass(IntEnum):
+    """What became of an input point: why it has a label, or none."""
+
+    NOTHING = 0
+    """It is invalid, out of range, cropped, or hidden by another point of its pixel."""
+    SUPPORT = 1
+    """On the support plane; also behind it, unless the output is objects and the cloud is a camera's image."""
+    BEHIND = 2
+    """Behind the support plane, as the floor beside a table is."""
+    STRUCTURE = 3
+    """On another surface that is no thing, such as a wall."""
+    LABELED = 4
+    """In a region, an object or a patch."""
+    UNSURE = 5
+    """In a segment whose confidence is below `min_confidence`."""
+    LOOSE = 6
+    """None of these: in nothing that is large enough."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from topo_region_seg.steps.filtration.persistence import filtration
 from topo_region_seg.steps.homogeneity import criterion, homogeneity_channels
 from topo_region_seg.steps.normals.estimate import estimate_normals
 from topo_region_seg.steps.normals.sides import sided_normals
-from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud
+from topo_region_seg.steps.scales.filtered_cloud import FilteredCloud, InRange
 from topo_region_seg.steps.sensor import Sensor, known_sensor, position_above_map, possible_axes, up_direction
 from topo_region_seg.steps.small_regions.settle import lists_of_small_regions
 from topo_region_seg.steps.support.removal import above
@@ -132,6 +132,7 @@ class Pipeline:
                 kept = free_points(scene, pixel)
             elif plane is not None:
                 kept = above(xyz, plane, distance)
+            in_range = InRange(rows, pixel, kept)
             if kept is None:
                 xyz = np.ascontiguousarray(xyz)
             else:
@@ -205,6 +206,7 @@ class Pipeline:
             rows=rows,
             stand_in=points.voxel if thinned else None,
             given=len(cloud),
+            in_range=in_range,
             channels=channels,
             known_tree=tree,
             grow=partial(grown, growth),

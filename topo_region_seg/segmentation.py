@@ -9,12 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from topo_region_seg.beyond.adjacency import adjacency
+from topo_region_seg.beyond.objects.grid_objects import Objects
 from topo_region_seg.clock import Clock
 from topo_region_seg.compiled.kd_tree import position_tree
 from topo_region_seg.compiled.threads import at_most
 from topo_region_seg.data import (
     Adjacency,
     Barcode,
+    BoolArray,
     Components,
     Features,
     FloatArray,
@@ -33,6 +35,7 @@ from topo_region_seg.steps.scales.filtered_cloud import (
     labels_of_input,
     positions_of_input,
 )
+from topo_region_seg.steps.scales.point_classes import PointClasses, point_classes
 from topo_region_seg.steps.scales.search import scale_with_kept_regions, scale_with_merged_regions
 from topo_region_seg.steps.view.model import SensorModel
 from topo_region_seg.steps.view.scene import Surface
@@ -68,6 +71,8 @@ class Segmentation:
         Milliseconds per stage, in order of execution, and those of CPU time in the threads that worked at it.
     notices : tuple of Notice
         What a user should know about the result.
+    unsure : (M,) bool, optional
+        Which preprocessed points are in segments below `min_confidence`; None where there is no confidence.
     """
 
     labels: LabelArray
@@ -82,6 +87,7 @@ class Segmentation:
     ms: dict[str, float] = field(default_factory=dict)
     cpu_ms: dict[str, float] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
+    unsure: BoolArray | None = field(default=None, repr=False)
 
     @property
     def components(self) -> Components:
@@ -118,6 +124,11 @@ class Segmentation:
     def points(self) -> FloatArray:
         """Positions of the preprocessed points, (M, 3), metres, in the frame of the input."""
         return positions_of_input(self.filtered, self.filtered.xyz)
+
+    @property
+    def point_classes(self) -> PointClasses:
+        """What became of every input point, as :class:`PointClass` counts, (N,) uint8; made when it is asked for."""
+        return point_classes(self.filtered, self.labels, self.unsure)
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -203,15 +214,19 @@ class Segmentation:
 
     def divided(self, region: IntArray) -> Segmentation:
         """Return this segmentation with other regions of the preprocessed points, (M,), from 0; -1 for none."""
-        return _described(self.filtered, region, self.params, self.scale, Clock(self.ms, self.cpu_ms))
+        divided = _described(self.filtered, region, self.params, self.scale, Clock(self.ms, self.cpu_ms))
+        return replace(divided, unsure=self.unsure)
 
 
 def segmentation_at(filtered: FilteredCloud, params: Params, scale: float, clock: Clock) -> Segmentation:
     """Return the segmentation of a cloud at a scale, metres."""
     with clock(STAGES[params.output]):
-        region, confidence = regions_of_output(filtered, params, scale)
+        found = regions_of_output(filtered, params, scale)
     with clock("regions"):
-        return _described(filtered, region, params, scale, clock, confidence)
+        if not isinstance(found, Objects):
+            return _described(filtered, found, params, scale, clock)
+        seg = _described(filtered, found.region, params, scale, clock, found.confidence)
+        return replace(seg, unsure=found.unsure)
 
 
 def _described(
@@ -268,7 +283,8 @@ def _scale_with(filtered: FilteredCloud, params: Params, regions: int) -> float:
         return scale_with_kept_regions(*given)
 
     def count_at(scale: float) -> int:
-        region, _ = regions_of_output(filtered, params, scale)
+        found = regions_of_output(filtered, params, scale)
+        region = found.region if isinstance(found, Objects) else found
         return int(np.max(region, initial=-1)) + 1
 
     return scale_with_merged_regions(*given, count_at)

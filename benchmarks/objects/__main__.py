@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line: measures all data sets, prints tables, keeps all figures as JSON, writes them into docs/objects.md.
 
-``python -m benchmarks.objects --set object_radius=0.012 --json b.json --against a.json`` compares with an earlier run.
+``python -m benchmarks.objects --set object_radius=0.012 --json b.json --against a.json`` compares with an earlier run,
+``python -m benchmarks.objects --ablate`` with runs in which one part of the method after the other is switched off.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 from benchmarks import pcl_peers
 from benchmarks.beyond.__main__ import with_measured
 from benchmarks.machine import describe
+from benchmarks.objects.ablations import PARTS
 from benchmarks.objects.changes import changes
 from benchmarks.objects.datasets import data_sets
 from benchmarks.objects.frame import measure_frame
@@ -42,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     params = params_from(options.set)
     peers = _peers(options.peers or options.publish)
+    parts = list(PARTS) if options.ablate else []
     repeats = options.repeats or (REPEATS if options.publish else 1)
     found: dict[str, dict[str, dict[str, Any]]] = {}
     status = 0
@@ -54,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
                 print(f"{name}: left out, {sets[name].missing}", flush=True)
                 continue
             tasks[name] = {
-                frame: pool.submit(measure_frame, name, frame, params, repeats, peers)
+                frame: pool.submit(measure_frame, name, frame, params, repeats, peers, parts)
                 for frame in sets[name].names[:: options.every]
             }
         for name, frames in tasks.items():
@@ -68,7 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(
                 terminal(sets[name].title, {frame: one[OURS] for frame, one in found[name].items()}) + "\n", flush=True
             )
-    print(means(found, [OURS, *peers]))
+    print(means(found, [OURS, *peers, *parts]))
     _print_time(found)
     options.json.parent.mkdir(parents=True, exist_ok=True)
     kept = {"set": options.set, "machine": describe(), "data": found}
@@ -122,6 +125,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--only", action="append", choices=NAMES, help="this data set alone; may be repeated")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter, to compare")
     parser.add_argument("--peers", action="store_true", help="run PCL's programs too, if PCL is installed")
+    parser.add_argument("--ablate", action="store_true", help="run without each part of the method, too")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes at a time (%(default)s)")
     parser.add_argument("--repeats", type=int, metavar="N", help="timed runs of a frame (1; for --publish 5)")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only each N-th frame, for a look")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.objects.ablations import PARTS, without
 from benchmarks.objects.datasets import Sample, data_sets
 from benchmarks.objects.programs import OURS, PEERS, ours
 from topo_region_seg.data import LabelArray
@@ -20,11 +21,15 @@ WHOLE = "whole_"
 
 
 def measure_frame(
-    data_set: str, name: str, params: Params, repeats: int, peers: Sequence[str]
+    data_set: str, name: str, params: Params, repeats: int, peers: Sequence[str], parts: Sequence[str] = ()
 ) -> dict[str, dict[str, Any]]:
-    """Return by program the measures, `cpu_ms`, and the numbers of objects `reported` and `true`."""
+    """Return by program the measures, `cpu_ms`, and the numbers of objects `reported` and `true`.
+
+    Programs are this package, the `peers`, and this package without each of the `parts`.
+    """
     sample = data_sets()[data_set].load(name)
     found = {OURS: ours(sample.cloud, params, repeats)} | {peer: PEERS[peer](sample.cloud) for peer in peers}
+    found |= {part: without(PARTS[part], sample.cloud, params) for part in parts}
     return {
         program: {"kind": sample.kind, "cpu_ms": round(ms, 2), **measured(sample, labels)}
         for program, (labels, ms) in found.items()

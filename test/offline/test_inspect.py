@@ -297,7 +297,11 @@ def test_the_camera_is_told_or_that_there_is_none(tmp_path: Path, capsys: pytest
     assert found["pixel_rad"] == pytest.approx(1.0 / 262.5, rel=0.05) and 0.9 < found["valid"] < 1.0
     depths, noise = ([entry[name] for entry in found["noise"]] for name in ("depth", "noise"))
     assert depths == sorted(depths) and noise == sorted(noise) and 0.0005 < noise[1] < 0.003
-    assert f"camera: pixels 0.218 deg apart, {100 * found['valid']:.1f} % valid; noise" in capsys.readouterr().out
+    steps = [1e3 * entry["step"] for entry in found["noise"]]
+    assert steps == sorted(steps)  # of a disparity
+    told = capsys.readouterr().out
+    assert f"camera: pixels 0.218 deg apart, {100 * found['valid']:.1f} % valid; noise" in told
+    assert f"steps of depth {steps[0]:.2f} mm at {depths[0]:.2f} m" in " ".join(told.split())
     rng = np.random.default_rng(0)
     entry = ("/points", CLOUD, SECOND, clouds.message(rng.uniform(-1.0, 1.0, (5000, 3)).astype(np.float32), None))
     assert inspected(write_mcap(tmp_path / "around.mcap", [entry]), tmp_path)["clouds"]["/points"]["sensor"] is None

@@ -254,7 +254,7 @@ def test_replay_is_the_pipeline_frame_by_frame(name, bag, tmp_path, capsys):
         assert (result.height, result.width) == (given.height, given.width)
         labels = np.asarray(result.data).reshape(-1, 20)[:, 16:].copy().view("<u4")[:, 0]
         np.testing.assert_array_equal(labels, seg.labels)
-        assert set(frame) == {"stamp", "points", "regions", "ms", "cpu_ms"}
+        assert set(frame) == {"stamp", "points", "regions", "ms", "cpu_ms", "classes"}
         assert (frame["stamp"], frame["points"], frame["regions"]) == (
             given.header.stamp.sec + 2e-9,
             768,

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="rclpy is not installed: pip install '.[ros]' or source ROS 2")
@@ -24,6 +26,8 @@ from topo_region_seg.ros.log import ReasonLog
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.processor import FrameProcessor
 from topo_region_seg.ros.statistics import Snapshot, Statistics
+from topo_region_seg.steps.view.model import SensorModel
+from topo_region_seg.steps.view.table import DepthTable
 
 OK, WARN, ERROR = b"\x00", b"\x01", b"\x02"
 
@@ -254,6 +258,28 @@ def test_the_device_has_a_name() -> None:
     for params, name in ((NodeParams(), "camera"), (NodeParams(hardware_id="D435 0815"), "D435 0815")):
         condition = Condition("active", params)
         assert diagnostics(Time(), "/n", condition, statistics.snapshot(), after()).status[0].hardware_id == name
+
+
+def test_the_camera_of_the_last_cloud_is_told_where_it_is_known() -> None:
+    def told(sensor: SensorModel | None) -> dict[str, str]:
+        statistics = Statistics()
+        statistics.processed({}, 1.0, 1.0, points=1, regions=1, stamp="", sensor=sensor)
+        status = diagnostics(Time(), "/n", Condition("active", NodeParams()), statistics.snapshot(), after()).status[0]
+        return {value.key: value.value for value in status.values if value.key.startswith("camera: ")}
+
+    assert told(None) == {}
+    depth = np.linspace(0.5, 1.5, 10_000)
+    model = SensorModel(math.radians(0.1), DepthTable(0.5, 63.0, np.full(64, 0.0012)), 1.0, 0.875, depth.astype("f4"))
+    plain = told(model)
+    assert plain.pop("camera: step of that depth (mm)") == "none that can be told"
+    assert plain == {
+        "camera: angle between pixels (deg)": "0.1000",
+        "camera: valid pixels (%)": "87.5",
+        "camera: median depth (m)": "1.000",
+        "camera: noise of that depth (mm)": "1.20",
+    }
+    stepped = told(replace(model, image=(np.round(depth / 0.002) * 0.002).astype("f4")))
+    assert stepped == plain | {"camera: step of that depth (mm)": "2.00"}
 
 
 @pytest.mark.parametrize("running", [True, False])

@@ -7,8 +7,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from topo_region_seg.cloud.layout import CloudFormatError
+from topo_region_seg.data import PointClass
 from topo_region_seg.pipeline import MissingColorError
+from topo_region_seg.segmentation import Segmentation
 
 INTERNAL_ERROR = "internal_error"
 """Reason of clouds on which the program itself failed; a later run may succeed."""
@@ -27,6 +31,8 @@ class FrameResult:
     ms, cpu_ms : dict of str to float
         Milliseconds per stage, and their `total`; the same of CPU time in the threads that worked at this cloud, which
         is empty in records of versions that did not measure it.
+    classes : dict of str to int
+        How many points are of each :class:`PointClass`, by its name in small letters; empty likewise.
     """
 
     stamp: float
@@ -34,6 +40,7 @@ class FrameResult:
     regions: int
     ms: dict[str, float]
     cpu_ms: dict[str, float] = field(default_factory=dict, kw_only=True)
+    classes: dict[str, int] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,12 @@ class Rejection:
         if isinstance(error, MissingColorError):
             return cls(stamp, "missing_color", str(error))
         return cls(stamp, INTERNAL_ERROR, " ".join(f"{type(error).__name__}: {error}".split()))
+
+
+def class_counts(seg: Segmentation) -> dict[str, int]:
+    """Return how many input points are of each class that there are any of."""
+    count = np.bincount(seg.point_classes, minlength=len(PointClass)).tolist()
+    return {of.name.lower(): count[of] for of in PointClass if count[of]}
 
 
 def rounded(ms: Mapping[str, float]) -> dict[str, float]:

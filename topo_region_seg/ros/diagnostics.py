@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from topo_region_seg.ros.node_params import NodeParams
 from topo_region_seg.ros.statistics import RATE_SECONDS, Snapshot
+from topo_region_seg.steps.view.model import SensorModel
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 LIVE_MS = 60_000.0
@@ -142,6 +145,7 @@ def _values(state: str, now: Snapshot) -> dict[str, str]:
     values |= {f"passed over: {reason}": str(count) for reason, count in sorted(now.passed_over.items())}
     values |= {f"notice: {code}": str(count) for code, count in sorted(now.notices.items())}
     values |= {"stamp (s)": now.stamp, "points": str(now.points), "regions": str(now.regions)}
+    values |= {} if now.sensor is None else _camera(now.sensor)
     # The stamps of a recording tell nothing about the age of the data.
     live = now.stamp_age_ms is not None and abs(now.stamp_age_ms) < LIVE_MS
     values |= {f"latency, {name} (ms)": f"{ms:.1f}" for name, ms in now.latencies_ms.items()}
@@ -149,3 +153,16 @@ def _values(state: str, now: Snapshot) -> dict[str, str]:
         values["stamp age, median (ms)"] = f"{now.stamp_age_ms:.1f}"
     values |= {f"stage {stage}, median (ms)": f"{ms:.2f}" for stage, ms in now.stages_ms.items()}
     return values | {f"stage {stage}, median CPU time (ms)": f"{ms:.2f}" for stage, ms in now.stages_cpu_ms.items()}
+
+
+def _camera(sensor: SensorModel) -> dict[str, str]:
+    """Return what the last cloud tells of its camera."""
+    middle = np.array([sensor.middle])
+    noise, step = float(sensor.noise_at(middle)[0]), float(sensor.step_at(middle)[0])
+    return {
+        "camera: angle between pixels (deg)": f"{math.degrees(sensor.pixel):.4f}",
+        "camera: valid pixels (%)": f"{100.0 * sensor.valid:.1f}",
+        "camera: median depth (m)": f"{sensor.middle:.3f}",
+        "camera: noise of that depth (mm)": f"{1e3 * noise:.2f}",
+        "camera: step of that depth (mm)": f"{1e3 * step:.2f}" if math.isfinite(step) else "none that can be told",
+    }

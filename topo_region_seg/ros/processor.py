@@ -108,6 +108,7 @@ class FrameProcessor:
             stamp=_stamp(frame.msg),
             frame_id=frame_id,
             cpu_ms=cpu_stages,
+            sensor=seg.sensor_model,
         )
         told = f"cloud {_stamp(frame.msg)}: {cloud.width}x{cloud.height} points, {len(seg.regions)} regions"
         times = ", ".join(f"{stage} {ms:.1f}" for stage, ms in stages.items())

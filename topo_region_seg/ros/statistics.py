@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from math import ceil
 from statistics import median
 
+from topo_region_seg.steps.view.model import SensorModel
+
 WINDOW = 200
 """Frames over which medians and percentiles are taken."""
 
@@ -31,7 +33,7 @@ class Snapshot:
     `stretch` is the time since :meth:`Statistics.restart`, `idle` that since the last cloud or, if later, since that.
     `stamp` and `frame_id` are those of the last answered cloud, the former in seconds. `incompatible` counts publishers
     whose QoS does not match. `notices` counts, by code, what was said of clouds that were answered, and `notice_texts`
-    holds what was said last.
+    holds what was said last. `sensor` is what the last answered cloud told of its camera, if it did.
     """
 
     received: int
@@ -50,6 +52,7 @@ class Snapshot:
     regions: int
     stamp: str
     frame_id: str
+    sensor: SensorModel | None
     stretch: float
     idle: float
     incompatible: int
@@ -75,6 +78,7 @@ class Statistics:
         self._points = 0
         self._regions = 0
         self._stamp = self._frame_id = ""
+        self._sensor: SensorModel | None = None
         self.restart()
 
     def restart(self) -> None:
@@ -147,8 +151,9 @@ class Statistics:
         stamp: str,
         frame_id: str = "",
         cpu_ms: Mapping[str, float] | None = None,
+        sensor: SensorModel | None = None,
     ) -> None:
-        """Count an answered cloud; `cpu_ms` is the CPU time of its stages."""
+        """Count an answered cloud; `cpu_ms` is the CPU time of its stages, `sensor` what it tells of its camera."""
         with self._lock:
             self._processed += 1
             self._outputs.append(time.monotonic())
@@ -158,6 +163,7 @@ class Statistics:
             self._latencies.append(latency_ms)
             self._ages.append(stamp_age_ms)
             self._points, self._regions, self._stamp, self._frame_id = points, regions, stamp, frame_id
+            self._sensor = sensor
 
     def snapshot(self) -> Snapshot:
         """Return the figures of this moment."""
@@ -183,6 +189,7 @@ class Statistics:
                 regions=self._regions,
                 stamp=self._stamp,
                 frame_id=self._frame_id,
+                sensor=self._sensor,
                 stretch=now - self._since,
                 incompatible=self._incompatible,
                 notices=dict(self._notices),

@@ -87,6 +87,9 @@ def test_the_page_shows_what_the_run_holds(sim):
         assert name in words and (str(value).lower() if isinstance(value, bool) else str(value)) in words
     for version in run.record.versions.values():
         assert version in words
+    first, sensor = run.record.frames[0], run.record.sensor
+    assert f"{100 * first.classes['support'] / first.points:.1f} % support" in words
+    assert all(text in words for text in (sensor.pixels_text, sensor.noise_text, sensor.steps_text))
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from bag_maker import cloud_entries, count_entry, write_mcap
 from mcap.reader import make_reader
 from places import SIMULATED
 
-from topo_region_seg import Params, __version__
+from topo_region_seg import Params, Pipeline, PointClass, __version__
 from topo_region_seg.cloud.stamp import stamp_of
 from topo_region_seg.offline.bags import BagError, BagWriter, open_bag
 from topo_region_seg.offline.bags.attachments import read_attachment
@@ -23,6 +24,7 @@ from topo_region_seg.offline.cli.main import main
 from topo_region_seg.offline.runs.record import MEDIA_TYPE, RECORD_NAME, RunRecord
 from topo_region_seg.offline.runs.run import open_run
 from topo_region_seg.offline.runs.truth import quality, truth_of_run
+from topo_region_seg.offline.sensor_figures import sensor_figures
 
 SIM = SIMULATED
 
@@ -48,10 +50,27 @@ def test_a_replay_says_in_its_recording_how_it_came_about(sim_run):
     summary = json.loads(sim_run.with_suffix(".json").read_text())
     for part in ("frames", "truncated", "params"):
         assert record[part] == summary[part]
-    assert record["rejected"] == []
+    assert record["rejected"] == [] and 0.003 < record["sensor"]["pixel_rad"] < 0.005
     assert (record["source"], record["topic"]) == (str(SIM.resolve()), "/camera/depth/points")
     assert record["versions"]["topo_region_seg"] == __version__
     assert record["versions"]["numpy"] == np.__version__
+
+
+def test_the_record_tells_the_camera_and_what_became_of_the_points(sim_run):
+    run = open_run(sim_run)
+    given = next(iter(run.frames()))
+    seg = Pipeline(run.params).run(given.cloud)
+    names = [PointClass(number).name.lower() for number in seg.point_classes]
+    assert run.record.frames[0].classes == dict(Counter(names)) and "support" in names
+    assert run.record.sensor == sensor_figures(given.cloud)
+    assert RunRecord.from_json(run.record.to_json()) == run.record
+    older = json.loads(run.record.to_json())
+    del older["sensor"], older["frames"][0]["classes"]
+    read = RunRecord.from_json(json.dumps(older))
+    assert read.sensor is None and read.frames[0].classes == {}
+    for broken in ({"sensor": 1}, {"sensor": {"noise": [1]}}, {"sensor": {"pixel_rad": "x", "valid": 1, "noise": []}}):
+        with pytest.raises(ValueError, match=r"is .*, not a"):
+            RunRecord.from_json(json.dumps(older | broken))
 
 
 def test_a_run_gives_the_recorded_clouds_in_order(sim_run):

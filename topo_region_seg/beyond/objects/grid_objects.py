@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy import ndimage
 
@@ -43,10 +45,18 @@ FEWEST = 200
 BOX = np.ones((3, 3))
 
 
+class Objects(NamedTuple):
+    """The object of each point, (N,), -1 for none; the confidence of each; which points are in what is less sure."""
+
+    region: IntArray
+    confidence: FloatArray
+    unsure: BoolArray
+
+
 def objects_of_points(
     scene: Scene, pixel: IntArray, normals: FloatArray, region: IntArray, lengths: Lengths, params: Params
-) -> tuple[IntArray, FloatArray]:
-    """Return the object of each point, (N,), -1 for none, and the confidence of each object.
+) -> Objects:
+    """Return the objects that are at least as sure as `min_confidence`.
 
     `pixel`, `normals` (N, 3) and `region` (N,) are the pixel of each point, its normal, and its region of like normals,
     from 0; -1 for points in none. The other arguments are those of `objects_of_scene`.
@@ -56,13 +66,16 @@ def objects_of_points(
     label[pixel] = region + 1
     placed = normals_of_pixels(normals, pixel, n)
     found, confidence = objects_of_scene(scene, placed, labels_of_all(scene, label), lengths, params)
-    return found[pixel].astype(np.int64) - 1, confidence[1:]
+    sure = confidence >= params.min_confidence
+    sure[0] = False
+    number, segment = np.where(sure, np.cumsum(sure), 0), found[pixel]
+    return Objects(number[segment] - 1, confidence[sure], (segment > 0) & ~sure[segment])
 
 
 def objects_of_scene(
     scene: Scene, normals: Single, label: Labels, lengths: Lengths, params: Params
 ) -> tuple[Labels, FloatArray]:
-    """Return the object of each pixel, (P,), 0 where there is none, and the confidence of each, (L,).
+    """Return the segment of each pixel, (P,), 0 where there is none, and how sure it is that each is a thing, (L,).
 
     Parameters
     ----------
@@ -75,7 +88,7 @@ def objects_of_scene(
     lengths : Lengths
         How lengths grow with the depth.
     params : Params
-        Uses `min_region_size`, `min_confidence` and the parameters of objects.
+        Uses `min_region_size` and the parameters of objects.
     """
     model = scene.model
     free = scene.classes == FREE
@@ -95,10 +108,7 @@ def objects_of_scene(
     label = kept_labels(label, _sizes(label) >= fewest)
     label, found = _whole(scene, normals, label, lengths, params)
     n = int(np.max(label)) + 1
-    confidence = confidences(scene, label, found, n)
-    sure = confidence >= params.min_confidence
-    sure[0] = False
-    return kept_labels(label, sure), np.append(0.0, confidence[sure])
+    return label, confidences(scene, label, found, n)
 
 
 def _united(scene: Scene, normals: Single, label: Labels, lengths: Lengths, params: Params) -> Labels:

@@ -13,7 +13,6 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 from rich import box
 from rich.table import Table
@@ -24,7 +23,7 @@ from topo_region_seg.offline.bags.images import ImageTopic
 from topo_region_seg.offline.inspection.suggest import Advice
 from topo_region_seg.offline.inspection.summary import PointSummary, summarize
 from topo_region_seg.offline.inspection.topic import NANOSECONDS, Layout, TopicReport
-from topo_region_seg.steps.view.model import SensorModel
+from topo_region_seg.offline.sensor_figures import SensorFigures
 
 WIDTH = 100
 SHOWN_LAYOUTS = 4
@@ -144,11 +143,10 @@ def _points_line(summary: PointSummary) -> str:
     return f"{clouds}: {100 * summary.invalid:.1f} % invalid{zeros}; distance in m {ranges}"
 
 
-def _sensor_line(sensor: SensorModel | None) -> str:
+def _sensor_line(sensor: SensorFigures | None) -> str:
     if sensor is None:
         return "no image of a camera: 'output: objects' knows no noise, surfaces and confidence of such clouds"
-    noise = ", ".join(f"{1e3 * noise:.2f} mm at {depth:.2f} m" for depth, noise in _noise(sensor))
-    return f"camera: pixels {math.degrees(sensor.pixel):.3f} deg apart, {100 * sensor.valid:.1f} % valid; noise {noise}"
+    return f"camera: {sensor.pixels_text}; noise {sensor.noise_text}\n  steps of depth {sensor.steps_text}"
 
 
 def _band_table(summary: PointSummary) -> Table:
@@ -192,24 +190,13 @@ def _report(report: TopicReport) -> dict[str, Any]:
         "notices": report.notices,
         "layouts": [{**asdict(layout), "clouds": count} for layout, count in report.layouts.most_common()],
         "color": report.color,
-        "sensor": None if report.sensor is None else _sensor(report.sensor),
+        "sensor": None if report.sensor is None else asdict(report.sensor),
         "measured": None if summary is None else asdict(summary),
         "neighbors": None if advice is None else {"color": advice.color_spread, "angle": advice.angle_spread},
         "suggested": None
         if advice is None
         else {s.name: {"value": s.value, "reason": s.reason} for s in advice.suggestions},
     }
-
-
-def _sensor(sensor: SensorModel) -> dict[str, Any]:
-    noise = [{"depth": depth, "noise": noise} for depth, noise in _noise(sensor)]
-    return {"pixel_rad": sensor.pixel, "valid": sensor.valid, "noise": noise}
-
-
-def _noise(sensor: SensorModel) -> list[tuple[float, float]]:
-    """Return the nearest, the middle and the farthest depth and the noise there, metres."""
-    depths = np.array([sensor.depths[0], sensor.middle, sensor.depths[-1]])
-    return list(zip(depths.tolist(), sensor.noise_at(depths).tolist(), strict=True))
 
 
 def _plain(value: Any) -> Any:

@@ -103,6 +103,7 @@ def _record(args: argparse.Namespace, replay: Replay, params: Params) -> RunReco
         interrupted=replay.interrupted,
         problems=list(replay.reader.problems),
         params=params.as_dict(),
+        sensor=replay.sensor,
     )
 
 

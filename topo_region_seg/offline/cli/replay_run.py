@@ -27,7 +27,8 @@ from topo_region_seg.offline.cli.console import Steps, note
 from topo_region_seg.offline.cli.interrupt import stop_request
 from topo_region_seg.offline.cli.overlap import finish_behind, read_ahead
 from topo_region_seg.offline.cli.replay_output import ReplayOutput
-from topo_region_seg.offline.frames import INTERNAL_ERROR, FrameResult, Rejection, rounded
+from topo_region_seg.offline.frames import INTERNAL_ERROR, FrameResult, Rejection, class_counts, rounded
+from topo_region_seg.offline.sensor_figures import SensorFigures, sensor_figures
 from topo_region_seg.offline.stamps import seconds
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
@@ -70,7 +71,7 @@ class Replay:
     """Runs a recording's clouds through the pipeline as the node does, but drops none.
 
     A cloud that cannot be segmented goes to `rejected`. After Ctrl-C the current cloud is finished, `interrupted` is
-    true, and the results so far are kept.
+    true, and the results so far are kept. `sensor` is what the first segmented cloud tells of its camera.
     """
 
     def __init__(
@@ -81,6 +82,7 @@ class Replay:
         self.frames: list[FrameResult] = []
         self.rejected: list[Rejection] = []
         self.interrupted = False
+        self.sensor: SensorFigures | None = None
         self._pipeline = Pipeline(params)
         self._tracker = Tracker()
         self._output = output
@@ -147,8 +149,11 @@ class Replay:
             decode, run = given.decode, given.run
             ms = {"decode": decode.ms, **seg.ms, "total": decode.ms + run.ms}
             cpu_ms = {"decode": decode.cpu_ms, **seg.cpu_ms, "total": decode.cpu_ms + run.cpu_ms}
-            counts = len(given.cloud), len(seg.regions)
-            self.frames.append(FrameResult(given.stamp, *counts, rounded(ms), cpu_ms=rounded(cpu_ms)))
+            if not self.frames:
+                self.sensor = sensor_figures(given.cloud, self._pipeline.params)
+            counts, classes = (len(given.cloud), len(seg.regions)), class_counts(seg)
+            result = FrameResult(given.stamp, *counts, rounded(ms), cpu_ms=rounded(cpu_ms), classes=classes)
+            self.frames.append(result)
         step(f"{self.frames[-1].regions} regions" if self.frames else "")
 
     @contextmanager

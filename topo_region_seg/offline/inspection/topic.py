@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from topo_region_seg.beyond.objects.image import sensor_model_of
 from topo_region_seg.cloud.layout import COORDINATES
 from topo_region_seg.cloud.pointcloud2 import CloudFormatError, decode
 from topo_region_seg.data import Cloud
@@ -19,9 +18,9 @@ from topo_region_seg.offline.bags.records import BagReader, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
 from topo_region_seg.offline.inspection.points import PointFigures, point_figures
 from topo_region_seg.offline.inspection.suggest import Advice, suggest
+from topo_region_seg.offline.sensor_figures import SensorFigures, sensor_figures
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
-from topo_region_seg.steps.view.model import SensorModel
 from topo_region_seg.steps.view.resection import camera_pose
 
 TYPES = {1: "i8", 2: "u8", 3: "i16", 4: "u16", 5: "i32", 6: "u32", 7: "f32", 8: "f64"}
@@ -65,7 +64,7 @@ class TopicReport:
         Whether the measured clouds have color.
     notices : dict of str to str
         What segmenting the measured clouds says of them, by code.
-    sensor : SensorModel or None
+    sensor : SensorFigures or None
         What the first measured cloud that is a camera's image tells of the sensor.
     """
 
@@ -78,7 +77,7 @@ class TopicReport:
     advice: Advice | None = None
     color: bool = False
     notices: dict[str, str] = field(default_factory=dict)
-    sensor: SensorModel | None = None
+    sensor: SensorFigures | None = None
 
     def rate(self) -> float | None:
         """Return clouds per second, from the median interval; None for fewer than two clouds."""
@@ -139,7 +138,7 @@ class TopicInspector:
             features = "normals" if cloud.rgb is None else Params().features
             seg = Pipeline(Params(features=features)).run(cloud, lambda code, text: None)
             report.notices |= {notice.code: notice.text for notice in seg.notices}
-            report.sensor = report.sensor or sensor_model_of(cloud)
+            report.sensor = report.sensor or sensor_figures(cloud)
             camera = None if cloud.sensor_pose else camera_pose(cloud)
             if camera is not None:
                 place = ", ".join(f"{value:.3f}" for value in camera.center)

@@ -11,6 +11,7 @@ from pathlib import PurePath
 
 import numpy as np
 
+from topo_region_seg.data import PointClass
 from topo_region_seg.offline.evaluation.measures import MEASURES
 from topo_region_seg.offline.report.content import FrameContent, stages
 from topo_region_seg.offline.report.markup import Table
@@ -60,6 +61,14 @@ VIEW_BUTTONS = {
     "farther": ("−", "Farther"),
     "reset": ("⟲", "As the sensor saw it"),
 }
+SET_ASIDE = {
+    PointClass.SUPPORT: "support",
+    PointClass.BEHIND: "behind it",
+    PointClass.STRUCTURE: "other structure",
+    PointClass.UNSURE: "below min_confidence",
+    PointClass.LOOSE: "in nothing large enough",
+}
+"""What is said of the classes of points without a label."""
 MODES = {"label": "Regions", "rgb": "Colors", "truth": "Truth"}
 
 
@@ -156,6 +165,10 @@ def frame_view(frame: FrameContent, params: Params) -> FrameView:
     captions = {**CAPTIONS, "regions": params.output.capitalize()}
     record = frame.record
     facts = [f"{record.points:,} points", f"{record.regions} {params.output}", f"{record.ms.get('total', 0.0):.0f} ms"]
+    aside = {text: record.classes.get(of.name.lower(), 0) for of, text in SET_ASIDE.items()}
+    if any(aside.values()):
+        shares = [f"{100 * count / record.points:.1f} % {text}" for text, count in aside.items() if count]
+        facts.append(f"without a label: {', '.join(shares)}")
     if frame.quality and frame.quality["wov"] is not None:
         facts.append(f"WOv {frame.quality['wov']:.3f}, Fos {frame.quality['fos']:.3f}, Fus {frame.quality['fus']:.3f}")
     if frame.quality and frame.quality["false_objects"] is not None:
@@ -233,6 +246,10 @@ def setup(run: Run, truth: str | None) -> list[Table]:
         [name, _plain(value), table_of[name].spec.unit or "", table_of[name].spec.doc]
         for name, value in run.params.as_dict().items()
     ]
+    if record.sensor is not None:
+        sensor = record.sensor
+        told = {"pixels": sensor.pixels_text, "noise": sensor.noise_text, "steps of depth": sensor.steps_text}
+        parts.append(Table("The camera, as the first cloud shows it", ["what", "value"], list(told.items())))
     parts.append(Table("Source and versions", ["what", "value"], list(facts.items())))
     parts.append(Table("Parameters", ["name", "value", "unit", "meaning"], params))
     return parts

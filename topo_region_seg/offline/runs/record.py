@@ -14,6 +14,7 @@ from typing import Any
 
 import topo_region_seg
 from topo_region_seg.offline.frames import FrameResult, Rejection
+from topo_region_seg.offline.sensor_figures import DepthFigures, SensorFigures
 
 RECORD_NAME = "topo_region_seg/run"
 """Name of the MCAP attachment."""
@@ -43,6 +44,8 @@ class RunRecord:
         Versions of this package, Python and the numerical libraries.
     created : str
         Time of the run, UTC, as in ``2026-01-31T12:00:00+00:00``.
+    sensor : SensorFigures or None
+        What the first segmented cloud tells of its camera; None in records of versions that did not ask, too.
     """
 
     source: str
@@ -55,6 +58,7 @@ class RunRecord:
     params: dict[str, Any]
     versions: dict[str, str] = field(default_factory=lambda: versions())
     created: str = field(default_factory=lambda: datetime.now(timezone.utc).isoformat(timespec="seconds"))
+    sensor: SensorFigures | None = None
 
     def to_json(self) -> str:
         """Return the text of the attachment."""
@@ -88,6 +92,7 @@ class RunRecord:
                 for name, version in _typed(given.get("versions"), dict, "versions").items()
             },
             created=_typed(given.get("created"), str, "created"),
+            sensor=None if given.get("sensor") is None else _sensor(given["sensor"]),
         )
 
 
@@ -105,7 +110,20 @@ def _frame(entry: Any) -> FrameResult:
         regions=_typed(given.get("regions"), int, "regions"),
         ms=_times(given.get("ms"), "ms"),
         cpu_ms=_times(given.get("cpu_ms", {}), "cpu_ms"),
+        classes={
+            str(name): _typed(count, int, "classes")
+            for name, count in _typed(given.get("classes", {}), dict, "classes").items()
+        },
     )
+
+
+def _sensor(entry: Any) -> SensorFigures:
+    given, noise = _typed(entry, dict, "sensor"), []
+    for at in _typed(given.get("noise"), list, "noise"):
+        figures = _typed(at, dict, "noise")
+        step = None if figures.get("step") is None else _number(figures, "step")
+        noise.append(DepthFigures(_number(figures, "depth"), _number(figures, "noise"), step))
+    return SensorFigures(_number(given, "pixel_rad"), _number(given, "valid"), noise)
 
 
 def _times(entry: Any, name: str) -> dict[str, float]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,22 @@ from topo_region_seg.data import Components, Features, FloatArray, IndexArray, I
 from topo_region_seg.growth import Growth
 from topo_region_seg.steps.view.lengths import AS_GIVEN, Lengths
 from topo_region_seg.steps.view.scene import Scene
+
+
+class InRange(NamedTuple):
+    """Where the points in range came from, before the support was removed.
+
+    Parameters
+    ----------
+    row, pixel : (I,) int64
+        Their input rows, and their pixels where there is a scene.
+    kept : (K,) int64 or None
+        Which of them are left without the support and other surfaces; None: all.
+    """
+
+    row: IntArray
+    pixel: IntArray
+    kept: IntArray | None
 
 
 @dataclass(frozen=True)
@@ -36,6 +53,8 @@ class FilteredCloud:
         The preprocessed point of each of these; None if they are the same.
     given : int
         Number of input points.
+    in_range : InRange
+        Which of these are in range, and which were removed with the support.
     channels : (N, 9) float64
         Positions, colors and normals as the criterion compares them. Positions are metres, unless `max_radius` is
         auto: then they are coordinates in which the spacing of points is the same everywhere.
@@ -68,6 +87,7 @@ class FilteredCloud:
     rows: IntArray
     stand_in: IntArray | None
     given: int
+    in_range: InRange
     channels: FloatArray
     known_tree: Tree | None
     grow: Callable[[FloatArray, Tree], Components]

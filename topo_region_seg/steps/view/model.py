@@ -8,7 +8,8 @@ three inverse depths in a row, a bend, is noise on most of an image, so the medi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from topo_region_seg.compiled.dialect import kernel
 from topo_region_seg.compiled.order import order_of
 from topo_region_seg.data import FloatArray
+from topo_region_seg.steps.view.depth_steps import depth_steps
 from topo_region_seg.steps.view.grid import ImageGrid, Single
 from topo_region_seg.steps.view.table import KNOTS, DepthTable
 
@@ -48,12 +50,15 @@ class SensorModel:
         Median depth, metres.
     valid : float
         Share of the pixels that have a depth.
+    image : (P,) float32
+        Depths of the pixels, metres.
     """
 
     pixel: float
     noise: DepthTable
     middle: float
     valid: float
+    image: Single = field(repr=False, compare=False)
 
     @property
     def depths(self) -> FloatArray:
@@ -64,6 +69,23 @@ class SensorModel:
         """Return the standard deviation of depths, metres, of the same shape as `depth`, metres."""
         noise: FloatArray = np.interp(depth, self.depths, self.noise.value)
         return noise
+
+    @cached_property
+    def steps(self) -> tuple[FloatArray, FloatArray]:
+        """Depths and the step in which depths come there, as `depth_steps` tells them when they are asked for."""
+        return depth_steps(self.image)
+
+    def step_at(self, depth: FloatArray | Single) -> FloatArray:
+        """Return the step of depths, metres, of the same shape as `depth`, metres; NaN where it cannot be told.
+
+        Nearer and farther than it is told anywhere, it is taken to be that of the last depth where it is.
+        """
+        at, step = self.steps
+        known = np.isfinite(at)
+        if not known.any():
+            return np.full(np.shape(depth), np.nan)
+        found: FloatArray = np.interp(depth, at[known], step[known])
+        return found
 
 
 def sensor_model(grid: ImageGrid) -> SensorModel | None:
@@ -81,7 +103,7 @@ def sensor_model(grid: ImageGrid) -> SensorModel | None:
     noise = np.maximum(bend / SIXTH * at**2, LEAST)
     near, far = float(depths[0]), max(float(depths[-1]), float(depths[0]) + 1e-3)
     table = DepthTable(near, (KNOTS - 1) / (far - near), np.interp(np.linspace(near, far, KNOTS), at, noise))
-    return SensorModel(float(np.median(angles)), table, float(np.median(depths)), valid)
+    return SensorModel(float(np.median(angles)), table, float(np.median(depths)), valid, grid.depth)
 
 
 @kernel
