@@ -30,7 +30,7 @@ from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import decode_message
 from topo_region_seg.offline.demo.recordings import RECORDINGS
 from topo_region_seg.offline.figures.shading import own_colors, region_colors
-from topo_region_seg.offline.simulation import Camera, simulate, tabletop
+from topo_region_seg.offline.simulation import Camera, PartNumbers, simulate, tabletop
 from topo_region_seg.offline.simulation.camera import orbit
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
@@ -108,8 +108,9 @@ def follow(
 
 def simulated(scene: int, cameras: Sequence[Camera]) -> Iterator[tuple[Cloud, npt.NDArray[np.uint32]]]:
     """Yield what the cameras see of a tabletop one after the other, each with noise of its own."""
+    numbers = PartNumbers()
     for number, camera in enumerate(cameras):
-        frame = simulate(tabletop(scene), camera, 1_000 * scene + number)
+        frame = simulate(tabletop(scene), camera, 1_000 * scene + number, numbers=numbers)
         yield frame.cloud, frame.labels
 
 
