@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def summed(found: Iterable[Identity | None]) -> Identity | None:
     if not some:
         return None
     counts = [asdict(one) for one in some]
-    sums = {name: sum(count[name] or 0 for count in counts) for name in counts[0]}
+    sums: dict[str, Any] = {name: sum(count[name] or 0 for count in counts) for name in counts[0]}
     return Identity(**{**sums, "regions": None if any(one.regions is None for one in some) else sums["regions"]})
 
 
