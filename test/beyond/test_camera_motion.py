@@ -101,10 +101,11 @@ def test_motion_is_that_of_the_base_and_else_of_the_sensor_in_a_frame_at_rest() 
     assert motion is not None
     np.testing.assert_allclose(moved_points(moved_points(in_base, first), motion), moved_points(in_base, second))
     np.testing.assert_allclose(moved_points(moved_points(in_base, motion), inverse(motion)), in_base)
-    # The frame of the clouds is at rest, and the sensor moves in it.
-    still = camera_motion((first.pose, None), (second.pose, None))
-    assert still is not None
-    np.testing.assert_array_equal(moved_points(in_base, still), in_base)
+    # The frame of the clouds is at rest, and the sensor moves in it, alone or with a robot.
+    for base in ((None, None), (first.pose, second.pose), (first.pose, first.pose)):
+        still = camera_motion((first.pose, base[0]), (second.pose, base[1]))
+        assert still is not None
+        np.testing.assert_array_equal(moved_points(in_base, still), in_base)
 
 
 @pytest.mark.parametrize(

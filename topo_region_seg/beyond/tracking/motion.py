@@ -27,21 +27,25 @@ EVERY = slice(None)
 def camera_motion(before: Poses, now: Poses) -> Transform | None:
     """Return what takes positions of things at rest from the frame of the cloud before to that of now.
 
-    Things are at rest in the base's frame; where that is not known, in that of the clouds. None where the camera has
-    not moved, or it is not known.
+    Things are at rest in the frame of the clouds if the sensor moves in it; else that is a camera's frame, and things are
+    at rest in the base's. None where the camera has not moved, or it is not known.
     """
     (sensor_before, base_before), (sensor, base) = before, now
     if (base is None) != (base_before is None) or (sensor is None) != (sensor_before is None):
         return None
-    motion = Transform(np.eye(3), np.zeros(3))
-    if base is not None and base_before is not None:
-        motion = Transform.of_pose(base).after(inverse(Transform.of_pose(base_before)))
-    elif sensor is None:
+    eye, eye_before = (Transform.of_pose(pose or AT_ORIGIN) for pose in (sensor, sensor_before))
+    if not _at_rest(eye_before, eye):
+        return Transform(np.eye(3), np.zeros(3))
+    if base is None or base_before is None:
         return None
-    was = motion.after(Transform.of_pose(sensor_before or AT_ORIGIN))
-    turned = inverse(Transform.of_pose(sensor or AT_ORIGIN)).after(was)
-    still = np.abs(turned.rotation - np.eye(3)).max() <= AT_REST and np.abs(turned.position).max() <= AT_REST
-    return None if still else motion
+    motion = Transform.of_pose(base).after(inverse(Transform.of_pose(base_before)))
+    return None if _at_rest(motion.after(eye), eye) else motion
+
+
+def _at_rest(before: Transform, now: Transform) -> bool:
+    turned = inverse(now).after(before)
+    off = max(float(np.abs(turned.rotation - np.eye(3)).max()), float(np.abs(turned.position).max()))
+    return off <= AT_REST
 
 
 def inverse(transform: Transform) -> Transform:
