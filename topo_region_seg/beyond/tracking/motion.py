@@ -27,8 +27,8 @@ EVERY = slice(None)
 def camera_motion(before: Poses, now: Poses) -> Transform | None:
     """Return what takes positions of things at rest from the frame of the cloud before to that of now.
 
-    Things are at rest in the frame of the clouds if the sensor moves in it; else that is a camera's frame, and things are
-    at rest in the base's. None where the camera has not moved, or it is not known.
+    Things are at rest in the frame of the clouds if the sensor moves in it. Else that is a camera's frame, and things
+    are at rest in the base's. None where the camera has not moved, or it is not known.
     """
     (sensor_before, base_before), (sensor, base) = before, now
     if (base is None) != (base_before is None) or (sensor is None) != (sensor_before is None):
