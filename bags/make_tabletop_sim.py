@@ -17,7 +17,7 @@ import numpy as np
 from topo_region_seg.cloud.pointcloud2 import decode
 from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import decode_message
-from topo_region_seg.offline.simulation import Camera, SimulatedFrame, orbit, simulate, tabletop
+from topo_region_seg.offline.simulation import Camera, PartNumbers, SimulatedFrame, orbit, simulate, tabletop
 from topo_region_seg.offline.simulation.recording import CLOUD_TOPIC, write_recording
 from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
@@ -31,9 +31,9 @@ PERIOD = 0.2  # seconds
 
 def frames() -> Iterator[SimulatedFrame]:
     """Yield the frames of the recording: one scene, seen from a camera that moves around the table."""
-    scene = tabletop(SCENE)
+    scene, numbers = tabletop(SCENE), PartNumbers()
     for number, camera in enumerate(orbit(Camera.kinect(*SIZE), FRAMES)):
-        yield simulate(scene, camera, seed=number)
+        yield simulate(scene, camera, seed=number, numbers=numbers)
 
 
 def results(bag: Path) -> list[dict[str, Any]]:

@@ -23,8 +23,8 @@ def frame() -> SimulatedFrame:
     return simulate(tabletop(3), Camera.kinect(320, 240), seed=3)
 
 
-# Thinning, the plane search, ties in merging and lengths that follow the sensor look at the axes; without them a scene may be
-# turned.
+# Thinning, the plane search, ties in merging and lengths that follow the sensor look at the axes; without them a scene
+# may be turned.
 TURNED = Params(
     max_radius=0.02, voxel_size=0.0, remove_floor=False, normal_radius=0.015, max_range=1.0, small_regions="remove"
 )

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from topo_region_seg.offline.simulation import (
     Cylinder,
     DepthNoise,
     Paint,
+    PartNumbers,
     Scene,
     Sphere,
     orbit,
@@ -177,3 +180,28 @@ def test_orbit_keeps_the_distance_and_the_target() -> None:
 def test_too_many_background_bodies_are_refused() -> None:
     with pytest.raises(ValueError, match="at most 9 background bodies, not 10"):
         Scene((Body(Sphere(0.1), RED, (0.0, 0.0, 0.0)),) * 10, ())
+
+
+def test_parts_keep_their_labels_where_the_camera_moves_around_them() -> None:
+    box = Body(Box((0.2, 0.2, 0.2)), Paint((200, 60, 50)), (0.0, 0.0, 0.8), yaw=math.radians(45.0))
+    numbers, steady, ranked = PartNumbers(), [], []
+    for camera in orbit(Camera.kinect(160, 120), 2, math.radians(20.0)):
+        kept = simulate(Scene((), (box,)), camera, noise=None, numbers=numbers)
+        # The two sides, apart by the direction in which they face.
+        way = kept.normals @ camera.rotation.T
+        sides = [np.abs(way @ np.array([-1.0, sign, 0.0]) / np.sqrt(2) - 1) < 1e-6 for sign in (-1.0, 1.0)]
+        steady.append([np.unique(kept.labels[side]).tolist() for side in sides])
+        alone = simulate(Scene((), (box,)), camera, noise=None)
+        ranked.append([np.unique(alone.labels[side]).tolist() for side in sides])
+    assert steady[0] == steady[1] and steady[0][0] != steady[0][1]
+    # Numbered by size in each frame, the sides trade labels.
+    assert ranked[0] == ranked[1][::-1] == steady[0]
+
+
+def test_numbers_of_parts_that_are_out_of_sight_are_given_again_last() -> None:
+    numbers = PartNumbers()
+    assert numbers.of(3, [(face, 0) for face in range(9)]) == list(range(9))
+    assert numbers.of(4, [(5, 0)]) == [0]
+    assert numbers.of(3, [(0, 0), (9, 0)]) == [0, 9]
+    assert numbers.of(3, [(10, 0), (2, 0), (9, 0)]) == [1, 2, 9]
+    assert numbers.of(5, [(face, 0) for face in range(12)]) == [*range(10), 9, 9]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from topo_region_seg.beyond.tracking.merges import joined_regions, parted
+from topo_region_seg.beyond.tracking.motion import EVERY, Place
 from topo_region_seg.beyond.tracking.overlap import Seen, nearest_before, seen_in
 from topo_region_seg.beyond.tracking.steady_borders import centers, regions_at_rest, split_off, with_steady_borders
 from topo_region_seg.data import Cloud, FloatArray, IntArray
@@ -35,7 +36,7 @@ class Holding:
         self._joined: dict[tuple[int, int], int] = {}
         self._off = self._waited, self._apart = np.zeros(0, np.uint8), np.zeros(0, np.uint8)
 
-    def steadied(self, cloud: Cloud, seg: Segmentation, seen: Seen) -> Segmentation:
+    def steadied(self, cloud: Cloud, seg: Segmentation, seen: Seen, pixel: Place = EVERY) -> Segmentation:
         """Return `seg` with the regions that noise has joined parted again, and with the resting borders of `seen`.
 
         Parameters
@@ -46,11 +47,13 @@ class Holding:
             The frame.
         seen : Seen
             The frame before; an image of the same size if `cloud` is one.
+        pixel : (N,) int64 or slice
+            Where each pixel of an image was in the frame before, if the camera has moved.
         """
         here = seen_in(cloud, seg)
         if cloud.organized:
             rows, own, former_row = here.row, seg.index, seen.row
-            place: IntArray | slice = slice(None)
+            place: Place = pixel
             # Where a thing has gone, what is seen behind it has not joined it.
             way = cloud.xyz[own] - seen.cloud_xyz[own]
             near = (way * way).sum(axis=1) <= seg.scale**2
@@ -127,7 +130,7 @@ class Holding:
         return {region: parts for region, parts in held.items() if len(parts) > 1}
 
 
-def _carried(count: npt.NDArray[np.uint8], before: int, place: IntArray | slice) -> npt.NDArray[np.uint8]:
+def _carried(count: npt.NDArray[np.uint8], before: int, place: Place) -> npt.NDArray[np.uint8]:
     """Return the counts (N,) of points from those of the `before` ones of the last frame; 0 where there was none."""
     known = count if len(count) == before else np.zeros(before, np.uint8)
     return known if isinstance(place, slice) else np.append(known, np.uint8(0))[place]

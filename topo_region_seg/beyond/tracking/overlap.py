@@ -91,6 +91,11 @@ def nearest_before(xyz: FloatArray, before: FloatArray, reach: float) -> tuple[I
     return place, place < len(before)
 
 
+def same_place(seg: Segmentation) -> float:
+    """Return the distance, metres, up to which points of two frames are of the same place."""
+    return max(2.0 * seg.params.voxel_size, seg.filtered.growth.max_radius)
+
+
 def same_points(
     cloud: Cloud, now: Seen, seg: Segmentation, before: Seen
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
@@ -101,6 +106,5 @@ def same_points(
     xyz, row = now.xyz[::every], now.point_row[::every]
     if not len(before.xyz) or not len(xyz):
         return row, np.zeros_like(row)
-    reach = max(2.0 * seg.params.voxel_size, seg.filtered.growth.max_radius)
-    _, place = cKDTree(before.xyz).query(xyz, distance_upper_bound=reach)
+    _, place = cKDTree(before.xyz).query(xyz, distance_upper_bound=same_place(seg))
     return row, np.append(before.point_row, np.int32(0))[place]

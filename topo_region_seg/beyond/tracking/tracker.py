@@ -13,7 +13,8 @@ import numpy as np
 from topo_region_seg.beyond.tracking.holding import Holding
 from topo_region_seg.beyond.tracking.labels import LARGEST, LabelPool
 from topo_region_seg.beyond.tracking.matching import matched
-from topo_region_seg.beyond.tracking.overlap import Seen, same_points, seen_in
+from topo_region_seg.beyond.tracking.motion import EVERY, Place, Poses, camera_motion, seen_from_here
+from topo_region_seg.beyond.tracking.overlap import Seen, same_place, same_points, seen_in
 from topo_region_seg.beyond.tracking.tracks import MEMORY, Tracks
 from topo_region_seg.clock import Clock
 from topo_region_seg.data import Cloud, LabelArray, Notice, SegmentationWarning
@@ -37,6 +38,7 @@ class Tracker:
         self._seen: Seen | None = None
         self._stamp = -np.inf
         self._stream: Stream = ("", None)
+        self._poses: Poses = (None, None)
 
     def follow(
         self,
@@ -77,10 +79,11 @@ class Tracker:
             if stamp < self._stamp or (self._seen is not None and stream != self._stream):
                 self.reset()
             self._stamp, self._stream = stamp, stream
+            place = self._with_the_camera(cloud, seg)
             if not seg.params.hold_regions:
                 self._holding = Holding()
             elif self._seen is not None:
-                seg = self._holding.steadied(cloud, seg, self._seen)
+                seg = self._holding.steadied(cloud, seg, self._seen, place)
             label = self._labeled(cloud, seg)
             table = np.zeros(int(np.max(seg.regions.label, initial=0)) + 1, np.uint32)
             table[seg.regions.label] = label
@@ -99,6 +102,18 @@ class Tracker:
             cpu_ms={**seg.cpu_ms, **clock.cpu_ms},
             notices=notices,
         )
+
+    def _with_the_camera(self, cloud: Cloud, seg: Segmentation) -> Place:
+        """Move what is in memory to where the camera sees it now, if it is known to have moved."""
+        poses = cloud.sensor_pose, cloud.base_pose
+        motion = None if self._seen is None else camera_motion(self._poses, poses)
+        self._poses = poses
+        if motion is None or self._seen is None:
+            return EVERY
+        self._tracks = self._tracks.moved(motion)
+        reach = same_place(seg)
+        self._seen, place = seen_from_here(self._seen, cloud, np.flatnonzero(seg.labels), motion, reach)
+        return place
 
     def _labeled(self, cloud: Cloud, seg: Segmentation) -> LabelArray:
         """Return the label of every row of the table of regions, and remember the frame."""

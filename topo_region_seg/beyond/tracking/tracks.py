@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from topo_region_seg.cloud.placing import Transform
 from topo_region_seg.data import BoolArray, FloatArray, IntArray, LabelArray, RegionTable
 
 MEMORY = 10
@@ -50,6 +51,11 @@ class Tracks:
     def expected_centers(self) -> FloatArray:
         """Return where to look for the regions, (T, 3): those in sight a step farther, lost ones where they were."""
         return self.center + np.where(self.lost[:, None] > 0, 0.0, self.step)
+
+    def moved(self, motion: Transform) -> Tracks:
+        """Return the regions in the frame of another cloud."""
+        center = self.center @ motion.rotation.T + motion.position
+        return replace(self, center=center, step=self.step @ motion.rotation.T)
 
     def rows(self, chosen: BoolArray | IntArray | slice) -> Tracks:
         """Return some of the regions."""

@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure all recordings, print tables and write what was asked for."""
     from topo_region_seg.offline.cli.console import check_writable, note, output, progress, write_whole
     from topo_region_seg.offline.cli.evaluation_output import csv_text, json_text
-    from topo_region_seg.offline.cli.evaluation_tables import bag_table, frame_table
+    from topo_region_seg.offline.cli.evaluation_tables import bag_table, frame_table, identity_table
     from topo_region_seg.offline.cli.interrupt import stop_request
     from topo_region_seg.offline.evaluation.jobs import Job, Plan
     from topo_region_seg.offline.evaluation.measures import DETECTION, LEAKAGE, SEGMENTATION
@@ -64,6 +64,8 @@ def run(args: argparse.Namespace) -> int:
         for measures in (SEGMENTATION, DETECTION, LEAKAGE):
             output().print(frame_table(results, measures))
             output().print(bag_table(results, measures))
+        if any(result.identity for result in results):
+            output().print(identity_table(results))
     note_notices(results)
     for result in results:
         note_troubles(result)

@@ -9,7 +9,8 @@ import io
 import json
 from collections.abc import Sequence
 
-from topo_region_seg.offline.evaluation.measures import MEASURES
+from topo_region_seg.offline.evaluation.identity import Identity, summed
+from topo_region_seg.offline.evaluation.measures import MEASURES, Measures
 from topo_region_seg.offline.evaluation.results import BagResult, mean_measures, median_ms
 from topo_region_seg.offline.evaluation.version import program_version
 from topo_region_seg.params import Params
@@ -20,6 +21,7 @@ def json_text(results: Sequence[BagResult], params: Params) -> str:
     frames = [frame for result in results for frame in result.frames]
     summary = {
         "mean": mean_measures(frames),
+        "identity": _identity(summed(result.identity for result in results)),
         "ms": median_ms(frames),
         "frames": [
             {
@@ -39,6 +41,7 @@ def json_text(results: Sequence[BagResult], params: Params) -> str:
                 "topic": result.topic,
                 "truth": result.truth,
                 "mean": mean_measures(result.frames),
+                "identity": _identity(result.identity),
                 "ms": median_ms(result.frames),
                 "frames": len(result.frames),
                 "without_truth": result.without_truth,
@@ -72,3 +75,7 @@ def csv_text(results: Sequence[BagResult]) -> str:
             values = [frame.measures[name] for name in MEASURES]
             writer.writerow([result.bag, frame.stamp, frame.points, frame.regions, *values, frame.ms["total"]])
     return text.getvalue()
+
+
+def _identity(found: Identity | None) -> Measures | None:
+    return None if found is None else found.measures()

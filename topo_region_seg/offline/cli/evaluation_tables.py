@@ -11,6 +11,7 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
+from topo_region_seg.offline.evaluation.identity import IDENTITY, Identity, summed
 from topo_region_seg.offline.evaluation.measures import Measures
 from topo_region_seg.offline.evaluation.results import BagResult, mean_measures, median_ms
 
@@ -36,6 +37,12 @@ HEADS = {
     "achievable": "achiev-\nable",
     "spill": "spill",
     "pieces": "pieces",
+    "idf1": "IDF1",
+    "id_precision": "ID\nP",
+    "id_recall": "ID\nR",
+    "switches": "label\nswitches",
+    "hits": "of\nhits",
+    "flicker": "flicker\n(%)",
 }
 """Names of the measures in tables; docs/evaluation.md defines them."""
 
@@ -89,6 +96,26 @@ def bag_table(results: Sequence[BagResult], measures: Sequence[str]) -> Table:
     return table
 
 
+def identity_table(results: Sequence[BagResult]) -> Table:
+    """Return one row per recording, and one of all, with how well regions kept their labels."""
+    table = _table(None)
+    table.add_column("recording", overflow="fold")
+    table.add_column("frames", justify="right")
+    for name in IDENTITY:
+        table.add_column(HEADS[name], justify="right")
+    names = short_names([result.bag for result in results])
+    for result in results:
+        if result.identity is not None:
+            table.add_row(names[result.bag], str(len(result.frames)), *_identity_cells(result.identity))
+    known = [result for result in results if result.identity is not None]
+    total = summed(result.identity for result in known)
+    if total is not None and len(known) > 1:
+        table.add_section()
+        frames = sum(len(result.frames) for result in known)
+        table.add_row("all recordings", str(frames), *_identity_cells(total), style="bold")
+    return table
+
+
 def measure_cells(found: Measures, measures: Sequence[str]) -> list[str]:
     """Return the cells of some measures; "n/a" where one is undefined."""
     return ["n/a" if (value := found[name]) is None else f"{value:.3f}" for name in measures]
@@ -105,6 +132,13 @@ def _summary(results: Sequence[BagResult], measures: Sequence[str]) -> list[str]
     frames = [frame for result in results for frame in result.frames]
     counts = (len(frames), sum(r.without_truth for r in results), sum(len(r.rejected) for r in results))
     return [*map(str, counts), *measure_cells(mean_measures(frames), measures), _ms(median_ms(frames))]
+
+
+def _identity_cells(found: Identity) -> list[str]:
+    values = found.measures()
+    flicker = values["flicker"]
+    share = "n/a" if flicker is None else f"{100.0 * flicker:.2f}"
+    return [*measure_cells(values, IDENTITY[:3]), str(found.switches), str(found.hits), share]
 
 
 def _table(title: str | None) -> Table:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from topo_region_seg.data import Cloud, LabelArray
 from topo_region_seg.offline.demo.arc2017 import real_frame
-from topo_region_seg.offline.simulation import Camera, orbit, simulate, tabletop
+from topo_region_seg.offline.simulation import Camera, PartNumbers, orbit, simulate, tabletop
 from topo_region_seg.params import Params
 
 Frames = Callable[[], Iterator[tuple[Cloud, LabelArray]]]
@@ -56,9 +56,9 @@ def _real() -> Iterator[tuple[Cloud, LabelArray]]:
 
 
 def _simulated() -> Iterator[tuple[Cloud, LabelArray]]:
-    scene = tabletop(SCENE)
+    scene, numbers = tabletop(SCENE), PartNumbers()
     for seed, camera in enumerate(orbit(Camera.kinect(320, 240), VIEWS)):
-        frame = simulate(scene, camera, seed)
+        frame = simulate(scene, camera, seed, numbers=numbers)
         yield frame.cloud, frame.labels
 
 

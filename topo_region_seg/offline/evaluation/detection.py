@@ -96,6 +96,11 @@ class Detection:
             found["false_objects"] = float(reported - np.count_nonzero(iou > 0.5))
         return found
 
+    def hits(self) -> tuple[LabelArray, LabelArray]:
+        """Return the labels (H,) of the segments and regions whose intersection over union is above one half."""
+        c, hit = self.counted, _f_and_iou(self)[1] > 0.5
+        return c.truths[self.segment[hit]], c.labels[self.region[hit]]
+
     def assigned(self) -> Assigned:
         """Return the labels that are assigned to each other."""
         c, segment, region = self.counted, self.segment[self.chosen], self.region[self.chosen]
@@ -142,24 +147,37 @@ def _f_and_iou(d: Detection) -> tuple[FloatArray, FloatArray]:
 
 def _assignment(d: Detection, f: FloatArray) -> IntArray:
     """Return the rows of the pairs that are assigned; pairs that share no point are not."""
-    if not len(f):
+    return best_pairs(d.segment, d.region, f + _POINTS_NEXT * d.shared / max(int(d.shared.sum()), 1))
+
+
+def best_pairs(one: IntArray, other: IntArray, score: FloatArray) -> IntArray:
+    """Return the rows, rising, of the pairs (P,) that take each of `one` and of `other` once and score most together.
+
+    Parameters
+    ----------
+    one, other : (P,) int64
+        The two of each pair, counted from 0.
+    score : (P,) float64
+        What each pair scores, above 0.
+    """
+    if not len(score):
         return np.zeros(0, np.int64)
-    score = f + _POINTS_NEXT * d.shared / d.shared.sum()
-    # Labels that share no points, not even by way of others, do not compete: each such part is a problem of its own.
-    count = len(d.counted.truths) + len(d.counted.labels)
-    graph = coo_matrix((np.ones(len(f), np.int8), (d.segment, len(d.counted.truths) + d.region)), (count, count))
-    part = connected_components(graph, directed=False)[1][d.segment]
+    # Those that have no pair in common, not even by way of others, do not compete: each such part stands alone.
+    first = int(np.max(one)) + 1
+    count = first + int(np.max(other)) + 1
+    graph = coo_matrix((np.ones(len(score), np.int8), (one, first + other)), (count, count))
+    part = connected_components(graph, directed=False)[1][one]
     order = np.argsort(part, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
-    return np.sort(np.concatenate([_best(rows, d.segment[rows], d.region[rows], score[rows]) for rows in parts]))
+    return np.sort(np.concatenate([_best(rows, one[rows], other[rows], score[rows]) for rows in parts]))
 
 
-def _best(pairs: IntArray, segment: IntArray, region: IntArray, score: FloatArray) -> IntArray:
+def _best(pairs: IntArray, one: IntArray, other: IntArray, score: FloatArray) -> IntArray:
     """Return those of the pairs that together have the largest score."""
     if len(pairs) == 1:
         return pairs
-    _, row = np.unique(segment, return_inverse=True)
-    _, column = np.unique(region, return_inverse=True)
+    _, row = np.unique(one, return_inverse=True)
+    _, column = np.unique(other, return_inverse=True)
     shape = int(np.max(row)) + 1, int(np.max(column)) + 1
     scores, place = np.zeros(shape), np.full(shape, -1)
     scores[row, column], place[row, column] = score, pairs

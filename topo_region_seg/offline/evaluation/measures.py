@@ -68,6 +68,12 @@ class TruthReading:
     whole_objects: bool = False
     partial: bool = False
 
+    def segments(self, truth: LabelArray) -> LabelArray:
+        """Return the true labels (N,) with one for each segment."""
+        if not self.whole_objects:
+            return truth
+        return np.where(truth >= FIRST_OBJECT, truth // PER_OBJECT * PER_OBJECT, truth)
+
 
 AS_LABELED = TruthReading()
 """Each label is a segment, and all objects have truth."""
@@ -122,8 +128,7 @@ def measure(
         width = len(labels) // height
     if not len(truth) == len(labels) == len(valid) == height * width:
         raise ValueError(f"{len(truth)} true labels, {len(labels)} labels, {len(valid)} points, {width} x {height}")
-    if reading.whole_objects:
-        truth = np.where(truth >= FIRST_OBJECT, truth // PER_OBJECT * PER_OBJECT, truth)
+    truth = reading.segments(truth)
     counted = contingency(truth[valid], labels[valid])
     found: Measures = dict.fromkeys(MEASURES)
     found["labelled"] = float(np.mean(labels[valid] > 0)) if valid.any() else None

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
 
+from topo_region_seg.offline.evaluation.identity import Identity
 from topo_region_seg.offline.evaluation.measures import MEASURES, Measures
 from topo_region_seg.offline.frames import FrameResult, Rejection
 
@@ -33,6 +34,8 @@ class BagResult:
         The topic of the clouds; where their truth is.
     frames : list of MeasuredFrame
         The measured clouds, in recorded order.
+    identity : Identity or None
+        Whether regions kept their labels; None where labels are those of each frame alone.
     without_truth : int
         Clouds for which there is no truth.
     repeated : int
@@ -53,6 +56,7 @@ class BagResult:
     topic: str = ""
     truth: str = ""
     frames: list[MeasuredFrame] = field(default_factory=list)
+    identity: Identity | None = None
     without_truth: int = 0
     repeated: int = 0
     rejected: list[Rejection] = field(default_factory=list)
@@ -75,12 +79,14 @@ class BagResult:
         """Return the inverse of `as_dict`; raises KeyError or TypeError for anything else."""
         frames = [MeasuredFrame(**frame) for frame in values["frames"]]
         rejected = [Rejection(**rejection) for rejection in values["rejected"]]
-        return cls(**{**values, "frames": frames, "rejected": rejected})
+        identity = None if values["identity"] is None else Identity(**values["identity"])
+        return cls(**{**values, "frames": frames, "rejected": rejected, "identity": identity})
 
 
 def merged(parts: Sequence[BagResult]) -> BagResult:
     """Return the result of a recording from those of its parts, in their order."""
-    whole = BagResult(parts[0].bag, parts[0].topic, parts[0].truth)
+    # Labels over frames are measured where there is but one part.
+    whole = BagResult(parts[0].bag, parts[0].topic, parts[0].truth, identity=parts[0].identity)
     for part in parts:
         whole.frames += part.frames
         whole.without_truth += part.without_truth

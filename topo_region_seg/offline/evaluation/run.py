@@ -21,6 +21,7 @@ from topo_region_seg.offline.bags import open_bag
 from topo_region_seg.offline.bags.clouds import cloud_records, cloud_topic, decode_message
 from topo_region_seg.offline.bags.records import BagError, BagReader, Record, Topic
 from topo_region_seg.offline.bags.sensor_frame import SensorFrame
+from topo_region_seg.offline.evaluation.identity import IdentityMeter
 from topo_region_seg.offline.evaluation.labels import labels_of
 from topo_region_seg.offline.evaluation.measures import TruthReading, measure
 from topo_region_seg.offline.evaluation.results import BagResult, MeasuredFrame
@@ -50,8 +51,7 @@ def tasks_of(source: Source, params: Params) -> list[Task]:
     """
     with open_bag(source.path) as reader:
         count = _topic(reader, source).count
-    # Tracking needs all clouds in order.
-    parts = 1 if params.track_regions else min(-(-count // FRAMES_A_TASK), MOST_TASKS)
+    parts = 1 if _labels_go_on(source, params) else min(-(-count // FRAMES_A_TASK), MOST_TASKS)
     bounds = [count * part // parts for part in range(parts + 1)]
     version = program_version()
     return [
@@ -106,6 +106,7 @@ def _evaluate(
         load_kernels()
     sensor = SensorFrame(reader)
     label = _Recorded(limit) if source.recorded else _Segmented(task.params, result)
+    meter = IdentityMeter(source.reading) if _labels_go_on(source, task.params) else None
     ordered = TruthInOrder(truth, reader, topic)
     records = cloud_records(reader, topic)
     for record in islice(records, task.first):
@@ -113,9 +114,10 @@ def _evaluate(
     for record in islice(records, None if task.end is None else task.end - task.first):
         if stopped():
             break
-        _measure(record, topic, ordered, sensor, label, limit, source.reading, result)
+        _measure(record, topic, ordered, sensor, label, limit, source.reading, meter, result)
         step()
     result.repeated = ordered.repeated
+    result.identity = meter.identity() if meter and result.frames else None
     if sensor.note:
         result.notices.setdefault("sensor_frame", sensor.note)
 
@@ -128,6 +130,7 @@ def _measure(
     label: _Recorded | _Segmented,
     limit: int,
     reading: TruthReading,
+    meter: IdentityMeter | None,
     result: BagResult,
 ) -> None:
     stamp = record.log_time
@@ -153,12 +156,19 @@ def _measure(
             raise CloudFormatError("truth_size", f"{len(true_labels)} true labels for {len(cloud)} points")
         valid = np.isfinite(cloud.xyz).all(axis=1)
         measures = measure(true_labels, labels, valid, cloud.height, cloud.width, reading)
+        if meter:
+            meter.add(true_labels, labels, valid, cloud.height, cloud.width)
     except Exception as error:  # one bad frame never ends an evaluation
         result.rejected.append(Rejection.of(seconds(stamp), error))
     else:
         ms = {"decode": 1e3 * (decoded - started), **stages, "total": 1e3 * (done - started)}
         regions = len(np.unique(labels[labels > 0]))
         result.frames.append(MeasuredFrame(seconds(stamp), len(cloud), regions, rounded(ms), measures))
+
+
+def _labels_go_on(source: Source, params: Params) -> bool:
+    """Whether labels are meant to stay from frame to frame, so that all clouds are needed in order."""
+    return source.recorded or params.track_regions
 
 
 class _Segmented:

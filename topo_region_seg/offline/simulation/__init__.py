@@ -15,6 +15,7 @@ from topo_region_seg.offline.simulation.frame import SimulatedFrame, simulate
 from topo_region_seg.offline.simulation.hollow import Compound, Cup
 from topo_region_seg.offline.simulation.kinds import SCENES, SENSORS, simulated
 from topo_region_seg.offline.simulation.noise import DepthNoise
+from topo_region_seg.offline.simulation.parts import PartNumbers
 from topo_region_seg.offline.simulation.scene import Body, Paint, Scene
 from topo_region_seg.offline.simulation.shapes import Box, Cylinder, Sphere
 from topo_region_seg.offline.simulation.stereo import ActiveStereo
@@ -33,6 +34,7 @@ __all__ = [
     "Cylinder",
     "DepthNoise",
     "Paint",
+    "PartNumbers",
     "Scene",
     "SimulatedFrame",
     "Sphere",

@@ -11,6 +11,7 @@ import numpy as np
 from topo_region_seg.data import Cloud, FloatArray, LabelArray
 from topo_region_seg.offline.simulation.camera import Camera
 from topo_region_seg.offline.simulation.noise import DepthNoise
+from topo_region_seg.offline.simulation.parts import PartNumbers
 from topo_region_seg.offline.simulation.raycast import render
 from topo_region_seg.offline.simulation.scene import Scene
 from topo_region_seg.offline.simulation.sensor import Sensor
@@ -41,7 +42,13 @@ class SimulatedFrame:
 KINECT = DepthNoise()
 
 
-def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: Sensor | None = KINECT) -> SimulatedFrame:
+def simulate(
+    scene: Scene,
+    camera: Camera,
+    seed: int = 0,
+    noise: Sensor | None = KINECT,
+    numbers: PartNumbers | None = None,
+) -> SimulatedFrame:
     """Return the frame that `camera` delivers of `scene`; the same arguments always give the same frame.
 
     Parameters
@@ -54,9 +61,12 @@ def simulate(scene: Scene, camera: Camera, seed: int = 0, noise: Sensor | None =
         Seed of the noise.
     noise : Sensor or None
         What the sensor makes of the depth and the colors; None gives exact points and colors.
+    numbers : PartNumbers, optional
+        One for all frames of a stream makes the true labels stay with the parts of objects; it remembers them. Without
+        it, parts are numbered from the largest in each frame.
     """
     rng = np.random.default_rng(seed)
-    seen = render(scene, camera)
+    seen = render(scene, camera, numbers)
     rays = camera.rays()
     depth = seen.depth
     labels = seen.labels

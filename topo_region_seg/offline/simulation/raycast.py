@@ -9,17 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from topo_region_seg.data import FloatArray, IntArray, LabelArray
 from topo_region_seg.offline.simulation.camera import Camera
+from topo_region_seg.offline.simulation.parts import PartNumbers, true_labels
 from topo_region_seg.offline.simulation.scene import Body, Scene
 
-OBJECT_BASE = 20
-PARTS = 10  # labels of an object
 _LIGHT = np.array([-0.45, 0.35, 0.82]) / np.linalg.norm([-0.45, 0.35, 0.82])  # in the world, towards the light
 _AMBIENT = 0.82
 _GRAIN_CELL = 0.004
+ZONES, ON_BAND = 3, 1
+"""Pieces of a face: below its printed band, on it, above it."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Rendering:
     labels: LabelArray
 
 
-def render(scene: Scene, camera: Camera) -> Rendering:
-    """Cast one ray per pixel and keep the nearest surface."""
+def render(scene: Scene, camera: Camera, numbers: PartNumbers | None = None) -> Rendering:
+    """Cast one ray per pixel and keep the nearest surface; `numbers` are those of parts in the frames before."""
     to_world = camera.rotation
     rays = camera.rays() @ to_world.T  # z = 1 in the camera's frame, so ray parameters are depths
     eye = np.asarray(camera.eye)
@@ -66,12 +66,12 @@ def render(scene: Scene, camera: Camera) -> Rendering:
         world_normals = entry.normal[first] @ turn.T
         depth[rows] = t
         normals[rows] = world_normals @ to_world
-        banded = _on_band(body, point, entry.normal[first])
-        rgb[rows] = _painted(body, point, banded) * _shade(world_normals)[:, None]
+        zone = _zone(body, point, entry.normal[first])
+        rgb[rows] = _painted(body, point, zone == ON_BAND) * _shade(world_normals)[:, None]
         owner[rows] = number
-        piece[rows] = 2 * face + banded
+        piece[rows] = ZONES * face + zone
     depth[np.isinf(depth)] = np.nan
-    labels = _labels(owner, piece, len(scene.background), (camera.height, camera.width))
+    labels = true_labels(owner, piece, len(scene.background), (camera.height, camera.width), numbers or PartNumbers())
     return Rendering(depth, normals, rgb, labels)
 
 
@@ -87,11 +87,12 @@ def _rows_near(body: Body, eye: FloatArray, rays: FloatArray) -> IntArray:
     return np.flatnonzero((along > 0) & (along * along >= cosine**2 * np.einsum("ij,ij->i", rays, rays)))
 
 
-def _on_band(body: Body, point: FloatArray, normal: FloatArray) -> npt.NDArray[np.bool_]:
+def _zone(body: Body, point: FloatArray, normal: FloatArray) -> IntArray:
+    """Return where points lie: ON_BAND of the sides, 2 above it, 0 below it and on what has no band."""
     height = point[:, 2] / (2 * body.shape.half_height) + 0.5
-    side = np.abs(normal[:, 2]) < 0.99
     paint = body.paint
-    return side & (paint.band_from <= height) & (height < paint.band_to) & (paint.band is not None)
+    zone = np.where(height < paint.band_from, 0, np.where(height < paint.band_to, ON_BAND, 2))
+    return np.where((np.abs(normal[:, 2]) < 0.99) & (paint.band is not None), zone, 0)
 
 
 def _painted(body: Body, point: FloatArray, banded: npt.NDArray[np.bool_]) -> FloatArray:
@@ -108,25 +109,3 @@ def _painted(body: Body, point: FloatArray, banded: npt.NDArray[np.bool_]) -> Fl
 
 def _shade(world_normals: FloatArray) -> FloatArray:
     return _AMBIENT + (1.0 - _AMBIENT) * np.maximum(world_normals @ _LIGHT, 0.0)
-
-
-def _labels(owner: IntArray, piece: IntArray, background: int, shape: tuple[int, int]) -> LabelArray:
-    """Label the background bodies and the connected pieces of the objects' faces.
-
-    The pieces of an object are numbered from the largest; of more than ten, the smallest share the last label.
-    """
-    labels = np.where(owner < background, owner + 1, 0).astype(np.uint32)
-    for number in np.unique(owner[owner >= background]).tolist():
-        mine = owner == number
-        parts = np.zeros(shape, dtype=np.int64)
-        count = 0
-        for face in np.unique(piece[mine]).tolist():
-            connected, pieces = ndimage.label((mine & (piece == face)).reshape(shape))
-            parts[connected > 0] = connected[connected > 0] + count
-            count += pieces
-        found = parts.ravel()[mine]
-        order = np.argsort(-np.bincount(found)[1:], kind="stable")
-        rank = np.empty(len(order) + 1, dtype=np.uint32)
-        rank[1 + order] = np.minimum(np.arange(len(order)), PARTS - 1)
-        labels[mine] = OBJECT_BASE + PARTS * (number - background) + rank[found]
-    return labels

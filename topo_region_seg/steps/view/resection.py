@@ -87,22 +87,36 @@ class Resected(NamedTuple):
         return np.array([right, np.cross(middle, right), middle])
 
 
+def projection(cloud: Cloud) -> FloatArray | None:
+    """Return the matrix (3, 4) from positions, metres, to homogeneous pixels (column, row) of an organized cloud.
+
+    None if it shows no pinhole camera, neither one at the origin nor another.
+    """
+    sample = _sample(cloud)
+    if sample is None:
+        return None
+    xyz, pixels = sample
+    here = _resected(xyz, pixels)
+    if here.side and np.percentile(here.off, 75.0) <= SHARP:
+        return np.column_stack([here.matrix, np.zeros(3)])
+    middle = xyz.mean(axis=0)
+    found = _resected(np.column_stack([xyz - middle, np.ones(len(xyz))]), pixels)
+    if not found.side or np.percentile(found.off, 75.0) > SHARP:
+        return None
+    turn = found.matrix[:, :3]
+    return np.column_stack([turn, found.matrix[:, 3] - turn @ middle])
+
+
 def camera_pose(cloud: Cloud) -> CameraPose | None:
     """Return where the camera of an organized cloud was, in the frame of the cloud.
 
     None if that is the origin, or if it does not show: the cloud has no image grid, is not from a pinhole camera, has
     hardly any relief, or was seen along parallel rays.
     """
-    if not cloud.organized or cloud.width == 1:
+    sample = _sample(cloud)
+    if sample is None:
         return None
-    step = max(1, int(np.sqrt(len(cloud) / SAMPLE)))
-    rows = (np.arange(0, cloud.height, step)[:, None] * cloud.width + np.arange(0, cloud.width, step)).ravel()
-    xyz = cloud.xyz[rows].astype(np.float64)
-    valid = np.isfinite(xyz).all(axis=1) & (xyz != 0.0).any(axis=1)
-    rows, xyz = rows[valid], np.ascontiguousarray(xyz[valid])
-    if len(rows) < FEWEST:
-        return None
-    pixels = np.column_stack([rows % cloud.width, rows // cloud.width]).astype(np.float64)
+    xyz, pixels = sample
     at_origin = np.median(_resected(xyz, pixels).off)
     if at_origin <= ROUNDED:
         return None
@@ -120,6 +134,21 @@ def camera_pose(cloud: Cloud) -> CameraPose | None:
     if not all(float(np.linalg.norm(half - center)) <= reach for half in halves):
         return None
     return CameraPose(center + middle, found.axes)
+
+
+def _sample(cloud: Cloud) -> tuple[FloatArray, FloatArray] | None:
+    """Return positions (N, 3) and pixels (N, 2) of some valid points of an organized cloud; None if there are few."""
+    if not cloud.organized or cloud.width == 1:
+        return None
+    step = max(1, int(np.sqrt(len(cloud) / SAMPLE)))
+    rows = (np.arange(0, cloud.height, step)[:, None] * cloud.width + np.arange(0, cloud.width, step)).ravel()
+    xyz = cloud.xyz[rows].astype(np.float64)
+    valid = np.isfinite(xyz).all(axis=1) & (xyz != 0.0).any(axis=1)
+    rows, xyz = rows[valid], np.ascontiguousarray(xyz[valid])
+    if len(rows) < FEWEST:
+        return None
+    pixels = np.column_stack([rows % cloud.width, rows // cloud.width]).astype(np.float64)
+    return xyz, pixels
 
 
 def _resected(points: FloatArray, pixels: FloatArray) -> Resected:
