@@ -14,10 +14,13 @@ MOSTLY = 0.5
 """Share of a region's points that must come from another one for it to be a part of that."""
 STILL = 0.005
 """Largest movement of a region's center from frame to frame for the region to be at rest, metres."""
+CAMERA_STILL = 0.002
+"""Largest median of these movements for the camera to be at rest: where it moves slowly, regions near the middle of its
+way seem to be, while their borders move over the pixels."""
 
 
 def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center: FloatArray) -> IntArray:
-    """Return for each region (R,) the former row that it goes on with if it is at rest; else 0.
+    """Return for each region (R,) the former row that it goes on with if it and the camera are at rest; else 0.
 
     A region goes on with another one if most of its known points were in that one, and most of those that were are in
     the region.
@@ -40,6 +43,8 @@ def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center:
     now = centers(region + 1, xyz, n_regions + 1)[1:]
     way = np.linalg.norm(now - center[former], axis=1)
     mutual = (former > 0) & (np.append(home, -1)[former - 1] == np.arange(n_regions))
+    if mutual.any() and float(np.median(way[mutual])) > CAMERA_STILL:
+        return np.zeros(n_regions, np.int64)
     return np.where(mutual & (way <= STILL), former, 0)
 
 
