@@ -72,13 +72,14 @@ def message(
     row_step = width * driver.point_step + row_padding
     rows = np.full((height, row_step), 0xA5, np.uint8)
     for row in range(height):
-        points = np.frombuffer(rows[row, : width * driver.point_step].tobytes(), record).copy()
+        data = bytearray(rows[row, : width * driver.point_step].tobytes())
+        points = np.frombuffer(data, record)  # a copy would not have the unused bytes
         part = slice(row * width, (row + 1) * width)
         for axis, name in enumerate("xyz"):
             points[name] = xyz[part, axis]
         if rgb is not None:
             _put_color(points, rgb[part], alpha, order)
-        rows[row, : width * driver.point_step] = np.frombuffer(points.tobytes(), np.uint8)
+        rows[row, : width * driver.point_step] = np.frombuffer(data, np.uint8)
     fields = [TYPES.PointField(name=n, offset=o, datatype=k, count=1) for n, o, k in driver.fields]
     return TYPES.PointCloud2(
         header=header(sec),

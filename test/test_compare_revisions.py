@@ -117,7 +117,7 @@ def cloud(tmp_path: Path) -> Path:
 
 def test_worker_gives_everything_that_is_compared(worker: Worker, cloud: Path, tmp_path: Path) -> None:
     path = tmp_path / "arrays.npz"
-    params = {"output": "regions", "remove_floor": False}
+    params = {"output": "regions", "max_radius": 0.02, "remove_floor": False}
     answer = worker.ask({"do": "segment", "cloud": str(cloud), "params": params, "arrays": str(path)})
     assert answer.get("error") is None and answer["cpu"] > 0
     found = dict(np.load(path))

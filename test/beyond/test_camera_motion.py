@@ -20,7 +20,7 @@ from topo_region_seg.params import Params
 from topo_region_seg.pipeline import Pipeline
 from topo_region_seg.segmentation import Segmentation
 
-PARAMS = Params(track_regions=True, remove_floor=False, voxel_size=0.0)
+PARAMS = Params(max_radius=0.02, track_regions=True, remove_floor=False, voxel_size=0.0)
 PERIOD = 0.12
 """Distance of the patches, metres."""
 COLORS = np.array([(200, 40, 40), (40, 200, 40)], np.uint8)

@@ -46,9 +46,10 @@ class View:
         self.rgb = frame.cloud.rgb.reshape(height, width, 3)
         self.info = images.camera_info(height, width, fx=camera.fx, fy=camera.fy, cx=camera.cx, cy=camera.cy)
 
-    def labels(self, params: Params, colored: bool = True) -> Any:
+    def labels(self, params: Params, colored: bool = True, encoding: str = "16UC1") -> Any:
         """Labels of the cloud that depth_image_proc makes."""
-        xyz = images.cloud_of_depth_image_proc(self.depth, self.info)
+        depth = self.depth if encoding == "16UC1" else self.depth * np.float32(0.001)
+        xyz = images.cloud_of_depth_image_proc(depth, self.info)
         cloud = decode(
             message(xyz, self.rgb.reshape(-1, 3), height=len(self.depth)), max_points=10**7, needs_color=colored
         )
@@ -148,7 +149,7 @@ def test_labels_are_those_of_the_cloud(client: Rig, view: View, output: str, enc
     answer = client.see(view, encoding=encoding)
     assert (answer.height, answer.width) == (HEIGHT, WIDTH)
     assert answer.header.frame_id == "camera_color_optical_frame", "that of the depth image"
-    expected = view.labels(Params(output=output))
+    expected = view.labels(Params(output=output), encoding=encoding)
     assert expected.any()
     np.testing.assert_array_equal(label_column(answer), expected)
 

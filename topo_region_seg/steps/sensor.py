@@ -59,7 +59,7 @@ def possible_axes(cloud: Cloud, params: Params) -> list[FloatArray]:
     pose = params.sensor_pose or cloud.sensor_pose
     found = [np.eye(3)]
     if pose is not None and np.isfinite(pose).all():
-        turned = _turn_of_any(pose).as_matrix().T
+        turned = np.ascontiguousarray(_turn_of_any(pose).as_matrix().T)
         found += [turned, np.array([-turned[1], -turned[2], turned[0]])]
     return found
 

@@ -61,8 +61,10 @@ def listed_image(xyz: FloatArray, axes: FloatArray) -> ListedImage | None:
     The rows of `axes` (3, 3) are the image's right, down, and the middle of the view. Where more pixels are empty at
     one side than cameras have their middle aside, rows or columns without depth are taken to have been there.
     """
+    if len(xyz) < CELL:
+        return None
     u, v, depth = pictured_all(xyz, axes)
-    if len(depth) < CELL or float(np.min(depth)) < NEAREST:
+    if float(np.min(depth)) < NEAREST:
         return None
     extent = float(np.ptp(u)), float(np.ptp(v))
     if max(extent) > LONGEST * min(extent) or not min(extent) > 0.0:
