@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from topo_region_seg.beyond.tracking.overlap import nearest_before
-from topo_region_seg.beyond.tracking.steady_borders import split_off
+from topo_region_seg.beyond.tracking.steady_borders import regions_at_rest, split_off
 from topo_region_seg.beyond.tracking.tracker import Tracker
 from topo_region_seg.data import Cloud
 from topo_region_seg.params import Params
@@ -73,6 +73,26 @@ def test_what_comes_off_a_region_that_moves_is_its_own_at_once(organized: bool) 
     tracker = Tracker()
     tracker.follow(*plane(colored(60), 0, organized), 0.0)
     assert len(tracker.follow(*plane(colored(40, 60), 1, organized, shift=0.012), 1.0).regions) == 2
+
+
+@pytest.mark.parametrize("organized", [True, False])
+def test_nothing_is_held_where_the_camera_has_gone_elsewhere(organized: bool) -> None:
+    tracker = Tracker()
+    tracker.follow(*plane(colored(30, 60), 0, organized), 0.0)
+    cloud, seg = plane(colored(60), 1, organized, shift=0.14)
+    assert tracker.follow(cloud, seg, 1.0).regions.size.tolist() == seg.regions.size.tolist() != []
+
+
+@pytest.mark.parametrize(("moved", "resting"), [((), [1, 2, 3]), ((1,), [1, 0, 3]), ((0, 1, 2), [0, 0, 0])])
+def test_regions_are_at_rest_only_where_most_are(moved: tuple[int, ...], resting: list[int]) -> None:
+    """By 3 mm: less than a region at rest may move, but more than all do while the camera is at rest."""
+    region = np.repeat(np.arange(3), 50)
+    xyz = np.random.default_rng(0).uniform(-0.01, 0.01, (150, 3)) + np.column_stack(
+        [0.1 * region, 0 * region, 1 + 0 * region]
+    )
+    center = np.concatenate([[[np.nan] * 3], [xyz[region == r].mean(axis=0) for r in range(3)]])
+    xyz[np.isin(region, moved)] += [0.003 if len(moved) == 3 else 0.006, 0.0, 0.0]
+    assert regions_at_rest(region, region + 1, xyz, center).tolist() == resting
 
 
 def test_lists_and_images_in_turn_begin_anew() -> None:

@@ -132,16 +132,17 @@ def test_a_border_at_rest_moves_when_it_has_done_so_for_some_frames() -> None:
     tracker = Tracker()
     left, right = (2, 22, 2, 22, 0), (2, 22, 22, 42, 1)
     wide, narrow = (2, 22, 2, 24, 0), (2, 22, 24, 42, 1)
-    first = tracker.follow(*frame(left, right), 0.0)
+    others = (26, 46, 2, 22, 1), (26, 46, 24, 44, 0), (26, 46, 46, 60, 1)  # by which the camera is seen to be at rest
+    first = tracker.follow(*frame(left, right, *others), 0.0)
     strip = np.s_[2:22, 22:24]
     for stamp in range(1, WAIT):
-        cloud, seg = frame(wide, narrow)
+        cloud, seg = frame(wide, narrow, *others)
         held = tracker.follow(cloud, seg, stamp)
         assert (held.labels.reshape(48, 64)[strip] == at(first, right)).all()
         assert held.regions.size.sum() == seg.regions.size.sum()
         for row, label in enumerate(held.regions.label):
             assert np.count_nonzero(held.labels == label) == held.regions.size[row]
-    over = tracker.follow(*frame(wide, narrow), WAIT)
+    over = tracker.follow(*frame(wide, narrow, *others), WAIT)
     assert (over.labels.reshape(48, 64)[strip] == at(first, left)).all()
 
 

@@ -23,6 +23,10 @@ APART = 5
 WAIT = 3
 """Frames in a row for which a point at the border of regions at rest must be in another one before it changes over."""
 
+SAME_VIEW = 0.5
+"""Share of the labeled points that must lie where labeled points were in the frame before: else the camera has gone
+elsewhere, and nothing is held."""
+
 
 Counted = tuple[IntArray, npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.uint8]]
 """Rows in the table of the preprocessed points (N,); rows of all pixels, or again of the points, (P,), now and before,
@@ -67,6 +71,8 @@ class Holding:
             return seg
         now, before = here.point_row.astype(np.int64), former_row[own].astype(np.int64)
         before[~near] = 0
+        if np.count_nonzero(before[now > 0]) < SAME_VIEW * np.count_nonzero(now):
+            return seg
         held = self._held(joined_regions(now, before), seen)
         region = parted(seg.points, now, before, held) if held else now - 1
         center = centers(seen.point_row, seen.xyz, len(seen.label) + 1)
