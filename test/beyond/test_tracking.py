@@ -132,7 +132,7 @@ def test_a_border_at_rest_moves_when_it_has_done_so_for_some_frames() -> None:
     tracker = Tracker()
     left, right = (2, 22, 2, 22, 0), (2, 22, 22, 42, 1)
     wide, narrow = (2, 22, 2, 24, 0), (2, 22, 24, 42, 1)
-    others = (26, 46, 2, 22, 1), (26, 46, 24, 44, 0), (26, 46, 46, 60, 1)  # by which the camera is seen to be at rest
+    others = (30, 46, 2, 18, 1), (30, 46, 26, 42, 1), (30, 46, 50, 62, 1)  # by which the camera is seen to be at rest
     first = tracker.follow(*frame(left, right, *others), 0.0)
     strip = np.s_[2:22, 22:24]
     for stamp in range(1, WAIT):
