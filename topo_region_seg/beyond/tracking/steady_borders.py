@@ -17,6 +17,8 @@ STILL = 0.005
 CAMERA_STILL = 0.002
 """Largest median of these movements for the camera to be at rest: where it moves slowly, regions near the middle of its
 way seem to be, while their borders move over the pixels."""
+ENOUGH = 3
+"""Regions that tell the camera's motion from their own."""
 
 
 def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center: FloatArray) -> IntArray:
@@ -43,7 +45,7 @@ def regions_at_rest(region: IntArray, before: IntArray, xyz: FloatArray, center:
     now = centers(region + 1, xyz, n_regions + 1)[1:]
     way = np.linalg.norm(now - center[former], axis=1)
     mutual = (former > 0) & (np.append(home, -1)[former - 1] == np.arange(n_regions))
-    if mutual.any() and float(np.median(way[mutual])) > CAMERA_STILL:
+    if np.count_nonzero(mutual) >= ENOUGH and float(np.median(way[mutual])) > CAMERA_STILL:
         return np.zeros(n_regions, np.int64)
     return np.where(mutual & (way <= STILL), former, 0)
 
