@@ -97,7 +97,7 @@ class PointClass(IntEnum):
     UNSURE = 5
     """In a segment whose confidence is below `min_confidence`."""
     LOOSE = 6
-    """None of these: in nothing that is large enough."""
+    """In none of these, nor in anything else that is large enough."""
 
 
 @dataclass(frozen=True)
